@@ -1,0 +1,47 @@
+# Two commands: `make run` installs and runs the demo scenario, `make test` runs everything CI runs.
+# They use uv where it is on the PATH, else venv and pip.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+UV := $(shell command -v uv 2>/dev/null)
+
+.PHONY: run test clean
+
+run: $(VENV)/.installed
+	$(BIN)/wsnsim run scenarios/quickstart.yaml --out runs/quickstart --force
+
+test: $(VENV)/.installed-test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/python -m pytest
+
+clean:
+	rm -rf $(VENV) runs
+
+$(VENV)/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "wsnsim needs Python 3.11 or newer; found $$($(PYTHON) --version 2>&1). Name one: make run PYTHON=python3.12"; exit 2; }
+ifdef UV
+	$(UV) venv --quiet --python $(PYTHON) $(VENV)
+else
+	$(PYTHON) -m venv $(VENV)
+endif
+
+$(VENV)/.installed: pyproject.toml $(VENV)/bin/python
+ifdef UV
+	$(UV) pip install --quiet --python $(BIN)/python -e .
+else
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+endif
+	@touch $@
+
+$(VENV)/.installed-test: pyproject.toml $(VENV)/.installed
+ifdef UV
+	$(UV) pip install --quiet --python $(BIN)/python -e '.[test]'
+else
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
+endif
+	@touch $@

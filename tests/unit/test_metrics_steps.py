@@ -1,0 +1,122 @@
+"""The steps table, computed by hand for a camera that looks along the x axis."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from wsnsim.geometry.camera import PinholeCamera
+from wsnsim.metrics.steps import steps_table
+
+# f = 100 px, looking along +x from the origin: y metres to the left at depth x is 100 y / x pixels.
+CAMERA = PinholeCamera.look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 100.0, (200, 200))
+BEHIND = PinholeCamera.look_at((20.0, 0.0, 0.0), (10.0, 0.0, 0.0), 100.0, (200, 200))
+
+
+def truth(rows):
+    return pd.DataFrame(rows, columns=["time_s", "target", "x_m", "y_m", "z_m"])
+
+
+def estimates(rows):
+    columns = ["time_s", "made_at_s", "track", "x_m", "y_m", "z_m", "asked", "heard", "kind"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def views(rows):
+    return pd.DataFrame(rows, columns=["time_s", "camera", "target", "pixel_share"])
+
+
+TRUTH = truth(
+    [(0.0, "box", 9, 0, 0), (1 / 3, "box", 10, 0, 0), (2 / 3, "box", 10, 1, 0), (1.0, "box", 10, 2, 0)]
+)
+
+
+def table(estimate_rows, view_rows=(), cameras=None):
+    views_frame = views(list(view_rows))
+    return steps_table(TRUTH, estimates(estimate_rows), views_frame, cameras or {"a": CAMERA, "b": BEHIND})
+
+
+def test_one_row_for_each_step_after_the_first_instant_whatever_was_estimated():
+    frame = table([])
+    assert frame["step"].tolist() == [1, 2, 3]
+    assert frame["time_s"].tolist() == [1 / 3, 2 / 3, 1.0]
+    assert frame["error_m"].isna().all()
+    assert frame["track"].isna().all()
+    assert frame["heard"].isna().all()
+    assert frame["participating"].tolist() == [0, 0, 0]
+
+
+def test_error_latency_and_counts():
+    frame = table([(0.333333333, 0.5, "box", 10, 0.3, 0.4, 4, 2, "update")])
+    first = frame.iloc[0]
+    assert first["error_m"] == pytest.approx(0.5)
+    assert first["latency_s"] == pytest.approx(1 / 6)
+    assert (first["asked"], first["heard"], first["kind"]) == (4, 2, "update")
+    assert frame["error_m"].isna().tolist() == [False, True, True]
+
+
+def test_reprojection_is_the_mean_over_the_cameras_that_see_the_target():
+    seen = [(1 / 3, "a", "box", 0.02), (1 / 3, "b", "box", 0.04), (2 / 3, "b", "box", 0.01)]
+    frame = table(
+        [(1 / 3, 0.4, "box", 10, 1, 0, 2, 2, "update"), (2 / 3, 0.7, "box", 5, 1, 0, 2, 2, "update")], seen
+    )
+    assert frame["reprojection_px"][0] == pytest.approx((100 / 10 + 100 / 10) / 2)
+    assert frame["reprojection_px"][1] == pytest.approx(100 / 10 - 100 / 15)
+    assert math.isnan(frame["reprojection_px"][2])
+    assert frame["participating"].tolist() == [2, 1, 0]
+    assert frame["pixel_share"][0] == pytest.approx(0.03)
+
+
+def test_a_camera_with_the_estimate_behind_it_does_not_count():
+    seen = [(1 / 3, "a", "box", 0.02), (1 / 3, "b", "box", 0.02)]
+    frame = table([(1 / 3, 0.4, "box", -5, 0, 0, 2, 2, "update")], seen)
+    assert frame["reprojection_px"][0] == 0.0
+    frame = table([(1 / 3, 0.4, "box", 30, 1, 0, 2, 2, "update")], seen[1:])
+    assert math.isnan(frame["reprojection_px"][0])
+
+
+def test_a_revision_replaces_what_was_said_before_even_if_it_stands_first():
+    late = (1 / 3, 0.9, "box", 10, 0.0, 0, 2, 2, "update")
+    early = (1 / 3, 0.4, "box", 10, 3.0, 0, 2, 0, "prediction")
+    for rows in ([late, early], [early, late]):
+        frame = table(rows)
+        assert len(frame) == 3
+        assert frame["error_m"][0] == 0.0
+
+
+def test_estimates_of_other_instants_and_other_tracks_are_left_out():
+    frame = table(
+        [
+            (0.4, 0.5, "box", 10, 0, 0, 1, 1, "update"),
+            (1 / 3, 0.5, "ghost", 10, 0, 0, 1, 1, "update"),
+            (0.0, 0.1, "box", 9, 0, 0, 1, 1, "update"),
+        ]
+    )
+    assert frame["error_m"].isna().all()
+    assert len(frame) == 3
+
+
+def test_targets_keep_to_themselves():
+    two = truth([(t, name, 10, offset, 0) for t in (0.0, 0.5) for name, offset in (("p", 0), ("q", 5))])
+    rows = [(0.5, 0.6, "q", 10, 5, 0, 1, 1, "update"), (0.5, 0.6, "p", 10, 1, 0, 1, 1, "update")]
+    frame = steps_table(two, estimates(rows), views([(0.5, "a", "q", 0.1)]), {"a": CAMERA})
+    assert frame["target"].tolist() == ["p", "q"]
+    assert frame["error_m"].tolist() == [1.0, 0.0]
+    assert frame["participating"].tolist() == [0, 1]
+
+
+def test_arguments_stay_as_they_were(synthetic_run):
+    run = synthetic_run()
+    before = {name: frame.copy() for name, frame in run.tables.items()}
+    again = steps_table(run.tables["truth"], run.tables["estimates"], run.tables["views"], run.cameras)
+    for name, frame in before.items():
+        pd.testing.assert_frame_equal(run.tables[name], frame)
+    pd.testing.assert_frame_equal(again, before["steps"])
+    assert np.isfinite(again["reprojection_px"]).all()
+
+
+def test_a_world_without_targets_gives_an_empty_table():
+    frame = steps_table(truth([]), estimates([]), views([]), {})
+    assert len(frame) == 0
+    assert "error_m" in frame.columns

@@ -1,0 +1,232 @@
+"""The channel by itself: scripted frames, one at a time or over each other."""
+
+import math
+
+import numpy as np
+import pytest
+import simpy
+
+from wsnsim.net.clock import Clock
+from wsnsim.net.config import Ieee802154Config
+from wsnsim.net.frames import BROADCAST
+from wsnsim.net.interference import peak_power, survival
+from wsnsim.net.medium import Medium, Transmission
+from wsnsim.net.phy import log_success
+from wsnsim.net.propagation import to_mw
+
+AIR_NS = 3_744_000
+"""Of a frame of 111 B."""
+
+
+class Ear:
+    awaits_ack = False
+
+    def __init__(self, log, name):
+        self.log, self.name = log, name
+
+    def received(self, transmission):
+        self.log.append((self.name, transmission.sender))
+
+    def sent(self, transmission):
+        self.log.append((self.name, "sent"))
+
+
+class Channel:
+    """Three radios, all within hearing at `power_dbm` unless a link is given."""
+
+    def __init__(self, power_dbm=-60.0, links=None, nodes=3, **config):
+        self.env = simpy.Environment()
+        self.clock = Clock(self.env)
+        power = np.full((nodes, nodes), to_mw(power_dbm))
+        for (one, other), dbm in (links or {}).items():
+            power[one, other] = power[other, one] = to_mw(dbm)
+        np.fill_diagonal(power, 0.0)
+        self.reports, self.heard, self.states = [], [], []
+        config = Ieee802154Config(**{"noise_dbm": -107.0} | config)
+        self.medium = Medium(self.clock, config, power, lambda *row: self.reports.append(row))
+        self.radios = []
+        for at in range(nodes):
+            rng = np.random.default_rng(at)
+            enter = lambda now, cause, at=at: self.states.append((now, at, cause))  # noqa: E731
+            self.radios.append(self.medium.add(enter, rng, Ear(self.heard, at)))
+
+    def at(self, time_ns, action):
+        self.env.timeout(time_ns - self.env.now).callbacks.append(lambda _: action())
+
+    def frame(self, time_ns, sender, to, length=111):
+        def begin():
+            self.medium.turn(self.radios[sender])
+            meant = (to,) if to != BROADCAST else ()
+            self.medium.transmit(Transmission(sender, bytes(length), to, meant, "data"))
+
+        self.at(time_ns, begin)
+
+    def busy(self, time_ns, at):
+        answers = []
+        self.at(time_ns, lambda: answers.append(self.medium.busy(self.radios[at])))
+        self.env.run()
+        return answers[0]
+
+
+def outcome(channel):
+    channel.env.run()
+    return {(frame.sender, at): what for frame, at, _, what in channel.reports}
+
+
+def test_a_lone_frame_arrives_and_the_states_tell_of_it():
+    channel = Channel()
+    channel.frame(1000, 0, 1)
+    assert outcome(channel) == {(0, 1): "received"}
+    assert channel.heard == [(1, 0), (0, "sent")]
+    end = 1000 + AIR_NS
+    assert [entry for entry in channel.states if entry[1] == 0] == [
+        (0, 0, "listen"),
+        (1000, 0, "transmit"),
+        (end, 0, "listen"),
+    ]
+    for at in (1, 2):
+        assert [entry for entry in channel.states if entry[1] == at] == [
+            (0, at, "listen"),
+            (1000, at, "receive"),
+            (end, at, "listen"),
+        ]
+
+
+def test_too_weak_a_frame_is_not_noticed():
+    channel = Channel(links={(0, 1): -95.1})
+    channel.frame(0, 0, 1)
+    assert outcome(channel) == {(0, 1): "missed"}
+
+
+@pytest.mark.parametrize(("overlap_ns", "arrives"), [(0, True), (1, False), (AIR_NS // 2, False)])
+def test_destructive_overlap_kills_however_short(overlap_ns, arrives):
+    channel = Channel(collision="destructive")
+    channel.frame(0, 0, 2)
+    channel.frame(AIR_NS - overlap_ns, 1, BROADCAST)
+    assert outcome(channel)[0, 2] == ("received" if arrives else "corrupted")
+
+
+def test_destructive_needs_a_frame_that_could_be_heard():
+    channel = Channel(links={(1, 2): -96.0}, collision="destructive")
+    channel.frame(0, 0, 2)
+    channel.frame(100_000, 1, BROADCAST)
+    assert outcome(channel)[0, 2] == "received"
+
+
+def test_the_first_frame_keeps_the_receiver():
+    channel = Channel(links={(0, 2): -60.0, (1, 2): -63.0})
+    channel.frame(0, 1, 2)
+    channel.frame(1000, 0, 2)
+    assert outcome(channel) == {(1, 2): "corrupted", (0, 2): "missed"}
+    channel = Channel(links={(0, 2): -60.0, (1, 2): -63.0})
+    channel.frame(0, 0, 2)
+    channel.frame(1000, 1, 2)
+    assert outcome(channel) == {(0, 2): "received", (1, 2): "missed"}
+
+
+def test_a_frame_drowned_at_its_beginning_is_not_locked_on():
+    channel = Channel(links={(1, 2): -80.0})
+    channel.at(0, lambda: channel.medium.turn(channel.radios[2]))
+    channel.frame(10, 2, BROADCAST, length=5)
+    channel.frame(20, 0, 2)
+    # node 2 hears again 192 µs after its short frame, while node 0's is still on the air
+    channel.frame(1_000_000, 1, 2)
+    assert outcome(channel) == {(0, 2): "missed", (1, 2): "missed"}
+    assert (1_000_000, 2, "receive") not in channel.states
+
+
+def test_stretches_multiply():
+    """Half a frame at 0 dB: the success of 468 bits, within its standard error."""
+    tries, arrived = 400, 0
+    channel = Channel(links={(0, 2): -60.0, (1, 2): -60.0})
+    for k in range(tries):
+        channel.frame(k * 10_000_000, 0, 2)
+        channel.frame(k * 10_000_000 + AIR_NS // 2, 1, BROADCAST)
+    channel.env.run()
+    arrived = sum(what == "received" for frame, _, _, what in channel.reports if frame.sender == 0)
+    expected = math.exp(log_success(to_mw(-60) / (to_mw(-60) + to_mw(-107)), 468))
+    assert abs(arrived / tries - expected) < 3.5 * math.sqrt(expected * (1 - expected) / tries)
+    assert all(sinr == pytest.approx(0.0, abs=1e-3) for f, _, sinr, _ in channel.reports if f.sender == 0)
+
+
+def test_a_radio_is_deaf_while_it_turns_back():
+    for gap_ns, arrives in ((191_999, False), (192_000, True)):
+        channel = Channel()
+        channel.frame(0, 0, 1)
+        channel.frame(AIR_NS + gap_ns, 1, 0)
+        assert outcome(channel)[1, 0] == ("received" if arrives else "missed")
+
+
+def test_a_radio_that_turns_gives_up_what_it_was_receiving():
+    channel = Channel()
+    channel.frame(0, 0, 1)
+    channel.at(1_000_000, lambda: channel.medium.turn(channel.radios[1]))
+    assert outcome(channel) == {(0, 1): "corrupted"}
+
+
+@pytest.mark.parametrize(
+    ("end_ns", "whole", "at_end"),
+    [
+        (-1, False, False),
+        (0, False, False),
+        (1, True, False),
+        (127_999, True, False),
+        (128_000, True, True),
+    ],
+)
+def test_carrier_sense_of_a_frame_that_ends(end_ns, whole, at_end):
+    """The window runs from 4 ms to 4.128 ms; the frame ends at 4 ms + `end_ns`."""
+    for cca, busy in (("whole_window", whole), ("end_of_window", at_end)):
+        channel = Channel(cca=cca)
+        channel.frame(4_000_000 + end_ns - AIR_NS, 0, BROADCAST)
+        assert channel.busy(4_128_000, 2) == busy
+
+
+@pytest.mark.parametrize("cca", ["whole_window", "end_of_window"])
+@pytest.mark.parametrize(("begin_ns", "busy"), [(0, True), (127_999, True), (128_000, False)])
+def test_carrier_sense_of_a_frame_that_begins(cca, begin_ns, busy):
+    channel = Channel(cca=cca)
+    channel.frame(4_000_000 + begin_ns, 0, BROADCAST)
+    assert channel.busy(4_128_000, 2) == busy
+
+
+def test_carrier_sense_by_energy_alone():
+    """A frame that began while the node was deaf counts by its power only."""
+    for power_dbm, busy in ((-76.9, True), (-77.1, False)):
+        channel = Channel(links={(0, 2): power_dbm})
+        channel.frame(0, 2, BROADCAST, length=5)
+        channel.frame(10_000, 0, BROADCAST)
+        assert channel.busy(2_000_000, 2) == busy
+
+
+def test_a_reception_in_progress_makes_the_channel_busy_at_any_power():
+    channel = Channel(power_dbm=-90.0)
+    channel.frame(0, 0, BROADCAST)
+    assert channel.busy(2_000_000, 2)
+
+
+def test_power_of_several_frames_adds_up():
+    spans = [(0, 100, 1.0), (50, 150, 2.0), (140, 300, 4.0)]
+    assert peak_power("whole_window")(spans, 40, 200) == 6.0
+    assert peak_power("whole_window")(spans[:2], 40, 60) == 3.0
+    assert peak_power("end_of_window")(spans[:2], 100, 200) == 0.0
+
+
+def test_survival_models():
+    noise, sensitivity = to_mw(-107), to_mw(-95)
+    sinr, destructive = (survival(m, noise, sensitivity) for m in ("sinr", "destructive"))
+    assert sinr(1e-9, 100.0, [1e-9]) == pytest.approx(log_success(1e-9 / (noise + 1e-9), 100.0))
+    assert destructive(1e-3, 100.0, [sensitivity]) == -math.inf
+    weak = [0.9 * sensitivity]
+    assert destructive(1e-9, 100.0, weak) == sinr(1e-9, 100.0, weak)
+
+
+def test_a_silenced_sender_cuts_its_frame():
+    channel = Channel()
+    channel.frame(0, 0, 1)
+    channel.at(1_000_000, lambda: channel.medium.silence(channel.radios[0]))
+    channel.frame(1_000_000, 2, 1)
+    assert outcome(channel) == {(0, 1): "corrupted", (2, 1): "received"}
+    assert (0, "sent") not in channel.heard
+    assert channel.states[-1][1:] != (0, "listen")
+    assert [entry for entry in channel.states if entry[1] == 0][-1] == (1_000_000, 0, "sleep")

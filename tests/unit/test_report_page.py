@@ -1,0 +1,254 @@
+"""The report says in words what the tables hold, escapes what it is given, and repeats itself exactly."""
+
+import dataclasses
+import json
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from wsnsim.report import words
+from wsnsim.report.context import ReportContext
+from wsnsim.report.keyfigures import KEY_FIGURES
+from wsnsim.report.page import render, write_report
+
+VOID = {"meta", "link", "br", "img", "input", "hr"}
+
+
+class Checker(HTMLParser):
+    """Notes tags that are not closed in order, addresses that a browser would ask for, and ids."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.addresses, self.ids, self.text, self.wrong = [], [], [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        attributes = dict(attrs)
+        self.addresses += [attributes[name] for name in ("src", "href") if name in attributes]
+        if "id" in attributes:
+            self.ids.append(attributes["id"])
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag:
+            self.wrong.append(tag)
+
+    def handle_data(self, data):
+        if not self.open or self.open[-1] not in ("script", "style"):
+            self.text.append(data)
+
+
+def check(page):
+    checker = Checker()
+    checker.feed(page)
+    assert checker.wrong == []
+    assert checker.open == []
+    assert len(checker.ids) == len(set(checker.ids))
+    return checker
+
+
+def plain(text):
+    return " ".join(text.replace("\u202f", " ").split())
+
+
+@pytest.fixture
+def make_context(synthetic_run):
+    def make(name="demo", standard="IEEE 802.15.4", **run_options):
+        run = synthetic_run(**run_options)
+        return ReportContext(
+            name=name,
+            seed=4,
+            system="multi-view histograms, tracker T0",
+            citation="Kushwaha & Koutsoukos (2013)",
+            standard=standard,
+            size_m=run.size_m,
+            cameras=run.cameras,
+            tables=run.tables,
+            summary=run.summary,
+            lost_above_m=1.6,
+        )
+
+    return make
+
+
+def figures(page):
+    pattern = r'<script type="application/json" id="(\w+)-data">(.*?)</script>'
+    return {name: json.loads(text) for name, text in re.findall(pattern, page, re.DOTALL)}
+
+
+def test_a_page_is_whole_offline_and_small(make_context, tmp_path):
+    write_report(tmp_path / "report.html", make_context())
+    page = (tmp_path / "report.html").read_text("utf-8")
+    checker = check(page)
+    assert [address for address in checker.addresses if not address.startswith("data:")] == []
+    assert "@import" not in page.split("</style>")[0]
+    assert '<html lang="en">' in page
+    assert "<title>demo, seed 4 – wsnsim report</title>" in page
+    assert (tmp_path / "report.html").stat().st_size < 1.5e6
+
+
+def test_the_same_tables_give_the_same_bytes(make_context):
+    assert render(make_context()) == render(make_context())
+
+
+def test_the_words_hold_the_figures(make_context):
+    context = make_context()
+    text = plain(words.service(context))
+    assert "The programs handed 107 kbit/s to the network" in text
+    assert "43.0 % of the 250 kbit/s that the IEEE 802.15.4 channel carries" in text
+    assert "All messages arrived." in text
+    assert "J a step" in text
+    assert "for its processor." in text
+    assert "the first battery lasts 9.9" in text
+    text = plain(words.information(context))
+    assert "The target was tracked to the end: the error at the last step was below 1.60 m." in text
+    assert "All 36 steps had a measurement" in text
+
+
+def test_a_network_that_cannot_carry_it_is_told_first_and_in_figures(make_context):
+    context = make_context(load="overloaded")
+    verdict = plain(words.verdicts(context)[0])
+    missed = context.summary["missed_deadlines"]
+    assert missed > 0
+    assert verdict.startswith(
+        "The network could not carry it: 835 kbit/s were offered to a channel of 250 kbit/s."
+    )
+    assert "13.7 % of the weights messages and 100 % of the state messages arrived" in verdict
+    assert f"{missed} of 36 steps had no measurement at all." in verdict
+    assert "a queue on the way was full" in verdict
+    assert render(context).index("could not carry it") < render(context).index("Key figures")
+
+
+def test_the_load_of_a_run_that_measures_everything_is_told(make_context):
+    context = make_context(load="overloaded")
+    messages = context.tables["messages"]
+    seeing = int(context.tables["steps"]["participating"].sum())
+    heard = messages[(messages["kind"] == "state") | (messages["message"] % 4 == 0)]
+    offered = 8 * heard.drop_duplicates("message")["bytes"].sum() / 9.0
+    silent = dataclasses.replace(
+        context,
+        tables={**context.tables, "messages": heard},
+        summary={**context.summary, "offered_bps": offered},
+    )
+    assert offered < 250_000
+    wanted_kbps = 8 * (seeing * 8_008 + 36 * 80) / 9.0 / 1e3
+    verdict = plain(words.verdicts(silent)[0])
+    assert f"every camera that sees the target would take {wanted_kbps:.0f} kbit/s." in verdict
+
+
+def test_a_run_without_any_measurement_is_told(make_context):
+    context = make_context()
+    blind = dataclasses.replace(context, summary={**context.summary, "missed_deadlines": 36})
+    assert "None of 36 steps had a measurement" in plain(words.information(blind))
+
+
+def test_a_fine_network_gets_no_verdict_but_a_slow_processor_does(make_context):
+    (verdict,) = words.verdicts(make_context())
+    assert "The processor of c3 was too slow: 4 images were skipped" in plain(verdict)
+
+
+def test_a_dead_mote_is_told(make_context):
+    verdicts = [plain(verdict) for verdict in words.verdicts(make_context(died=True))]
+    assert "1 node stopped during the run: c4 at 5.00 s." in verdicts
+
+
+def test_a_lost_target_is_told(make_context):
+    context = make_context()
+    lost = dataclasses.replace(context, summary={**context.summary, "lost_fraction": 1.0})
+    assert "The target was lost: the error at the last step was above 1.60 m." in plain(
+        words.information(lost)
+    )
+
+
+def test_an_ideal_network_has_no_limit(make_context):
+    context = make_context(standard="an ideal network")
+    ideal = dataclasses.replace(context, summary={**context.summary, "channel_bps": None})
+    assert "which has no limit here" in words.service(ideal)
+    assert "On the air" not in words.service(ideal)
+    check(render(ideal))
+
+
+def test_nothing_from_the_scenario_becomes_markup(make_context):
+    evil = "</script><script>alert(1)</script>"
+    page = render(make_context(name=evil, targets=("box", "<img src=x onerror=alert(2)>")))
+    check(page)
+    assert evil not in page
+    assert "<img" not in page.replace("\\u003cimg", "")
+    texts = [trace["text"] for trace in figures(page)["paths"]["data"] if "text" in trace]
+    assert any("&lt;img" in entry for text in texts for entry in text)
+
+
+def test_every_summary_figure_is_explained(make_context):
+    context = make_context()
+    assert {figure.key for figure in KEY_FIGURES} == set(context.summary)
+    text = "".join(check(render(context)).text)
+    for figure in KEY_FIGURES:
+        assert figure.label in text
+        assert figure.meaning in text
+
+
+def test_the_paths_figure_joins_truth_and_estimate_by_patches(make_context):
+    context = make_context()
+    figure = figures(render(context))["paths"]
+    traces = {trace["name"]: trace for trace in figure["data"]}
+    steps = context.tables["steps"]
+    assert traces["error, a patch a step"]["x"].count(None) == 36
+    assert traces["error, a patch a step"]["x"][6:11][1] == pytest.approx(steps["truth_x_m"][1], abs=1e-4)
+    assert traces["true path"]["x"][1:] == pytest.approx(steps["truth_x_m"].tolist(), abs=1e-4)
+    assert traces["estimate"]["y"] == pytest.approx(steps["estimate_y_m"].tolist(), abs=1e-4)
+    assert traces["routing tree"]["x"].count(None) == 5
+    assert figure["layout"]["yaxis"]["scaleanchor"] == "x"
+    assert figure["layout"]["yaxis"]["scaleratio"] == 1
+
+
+def test_a_camera_looks_where_its_wedge_points(make_context):
+    figure = figures(render(make_context()))["paths"]
+    wedges = next(trace for trace in figure["data"] if trace["name"] == "camera and where it looks")
+    place_x, left_x, right_x = wedges["x"][:3]
+    place_y, left_y, right_y = wedges["y"][:3]
+    assert (place_x, place_y) == (0.0, 0.0)
+    middle = ((left_x + right_x) / 2 - place_x, (left_y + right_y) / 2 - place_y)
+    assert middle[1] / middle[0] == pytest.approx(4.5 / 6.0, rel=0.02)
+    assert (
+        left_x * right_y - left_y * right_x < 0
+    )  # the right edge of the image is clockwise, seen from above
+
+
+def test_steps_without_a_measurement_are_marked(make_context):
+    context = make_context(load="overloaded")
+    figure = figures(render(context))["timeline"]
+    marked = next(trace for trace in figure["data"] if trace["name"] == "no measurement")
+    assert len(marked["x"]) == context.summary["missed_deadlines"]
+    heard = next(trace for trace in figure["data"] if trace["name"] == "heard in time")
+    assert heard["y"] == context.tables["steps"]["heard"].tolist()
+
+
+def test_bars_add_up_to_what_each_mote_drew(make_context):
+    context = make_context()
+    shown = figures(render(context))
+    nodes = context.tables["nodes"].set_index("node")
+    total = dict.fromkeys(shown["energy"]["data"][0]["y"], 0.0)
+    assert "base" not in total
+    for trace in shown["energy"]["data"]:
+        for node, joules in zip(trace["y"], trace["x"], strict=True):
+            total[node] += joules
+    for node, joules in total.items():
+        row = nodes.loc[node]
+        assert joules == pytest.approx(row["battery_capacity_j"] - row["battery_left_j"], rel=1e-5)
+    offered = next(trace for trace in shown["bandwidth"]["data"] if trace["name"] == "offered by its program")
+    assert offered["x"][0] == pytest.approx(nodes["app_tx_bytes"]["c1"] * 8 / 9000, abs=1e-3)
+
+
+def test_a_run_in_which_nothing_happened_still_has_a_report(make_context):
+    context = make_context()
+    tables = {name: frame.head(0) for name, frame in context.tables.items()} | {
+        "nodes": context.tables["nodes"]
+    }
+    summary = dict.fromkeys(context.summary, None) | {"steps": 0, "simulated_s": 9.0}
+    page = render(dataclasses.replace(context, tables=tables, summary=summary))
+    text = plain("".join(check(page).text))
+    assert "No message was sent." in text
+    assert "Nothing out of the ordinary happened." in text
+    assert "No estimate was made of any target." in text
+    assert "nan" not in text.lower().split()

@@ -1,0 +1,1 @@
+"""Estimation: Kalman filters and statistics of weighted particles."""

@@ -1,0 +1,1 @@
+"""Rotations, pinhole cameras and the outlines of ellipsoids; arrays in, arrays out, no randomness."""

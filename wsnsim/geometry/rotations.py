@@ -1,0 +1,87 @@
+"""Unit quaternions (w, x, y, z) and the rotation matrices they stand for.
+
+A quaternion turns body axes into world axes: `quaternion_to_matrix(q) @ v` is the
+body vector `v` in the world. `q` and `-q` are the same rotation.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wsnsim.types import FloatArray
+
+IDENTITY: FloatArray = np.array([1.0, 0.0, 0.0, 0.0])
+"""The rotation that changes nothing."""
+IDENTITY.flags.writeable = False
+
+
+def normalise(quaternion: ArrayLike) -> FloatArray:
+    """Scale a quaternion (4,) to unit length.
+
+    Raises
+    ------
+    ValueError : it is not four finite numbers, or its length is 0
+    """
+    q = np.asarray(quaternion, dtype=np.float64)
+    length = float(np.linalg.norm(q)) if q.shape == (4,) else np.nan
+    if not (np.isfinite(length) and length > 0.0):
+        raise ValueError(f"quaternion: must be four finite numbers (w, x, y, z), not all 0, got {q.tolist()}")
+    return q / length
+
+
+def quaternion_to_matrix(quaternion: FloatArray) -> FloatArray:
+    """Return the rotation matrix of a unit quaternion.
+
+    Parameters
+    ----------
+    quaternion : (4,) - unit quaternion (w, x, y, z)
+
+    Returns
+    -------
+    (3, 3) - body axes to world axes
+
+    References
+    ----------
+    Kuipers (1999), Quaternions and Rotation Sequences, eq. 7.7.
+    """
+    w, x, y, z = (float(part) for part in quaternion)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def quaternion_multiply(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the rotation `right` followed by `left`; all (4,), (w, x, y, z)."""
+    a, b, c, d = (float(part) for part in left)
+    w, x, y, z = (float(part) for part in right)
+    return np.array(
+        [
+            a * w - b * x - c * y - d * z,
+            a * x + b * w + c * z - d * y,
+            a * y - b * z + c * w + d * x,
+            a * z + b * y - c * x + d * w,
+        ]
+    )
+
+
+def quaternion_from_axis_angle(axis: ArrayLike, angle_rad: float) -> FloatArray:
+    """Return the unit quaternion of a right-handed turn about an axis.
+
+    Parameters
+    ----------
+    axis : (3,) - direction, of any length but 0
+    angle_rad : turn [rad]
+
+    Raises
+    ------
+    ValueError : the axis is not three finite numbers, or its length is 0
+    """
+    direction = np.asarray(axis, dtype=np.float64)
+    length = float(np.linalg.norm(direction)) if direction.shape == (3,) else np.nan
+    if not (np.isfinite(length) and length > 0.0):
+        raise ValueError(f"axis: must be three finite numbers, not all 0, got {direction.tolist()}")
+    half = 0.5 * angle_rad
+    return np.concatenate(([np.cos(half)], np.sin(half) / length * direction))

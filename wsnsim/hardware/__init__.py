@@ -1,0 +1,1 @@
+"""Cited power and speed tables, the price of work, batteries and the energy ledger."""

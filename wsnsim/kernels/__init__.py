@@ -1,0 +1,1 @@
+"""Compiled loops over arrays and numbers: no objects, no files, no randomness."""

@@ -1,0 +1,1 @@
+"""Codecs and payloads: what trackers say to each other, in bytes."""

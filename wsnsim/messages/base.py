@@ -1,0 +1,47 @@
+"""What every payload can do: become bytes, and come back from them.
+
+The first byte of an encoded payload is its tag; a system names its payload
+types, and `decode_any` finds the type by the tag. Decoding gives codes only:
+what is relative to a prediction is resolved by the program that has it.
+"""
+
+from collections.abc import Iterable
+from typing import ClassVar, Protocol, Self
+
+from wsnsim.errors import DecodeError
+
+
+class Payload(Protocol):
+    """An application message."""
+
+    tag: ClassVar[int]
+    """First byte on the air, unique within a system."""
+    kind: ClassVar[str]
+    """Name of the message in records and reports."""
+
+    def encode(self) -> bytes:
+        """Return what travels, the tag first."""
+
+    @classmethod
+    def decode(cls, data: bytes) -> Self:
+        """Return the payload in `data`.
+
+        Raises
+        ------
+        DecodeError : wrong tag, wrong length or impossible numbers
+        """
+
+
+def decode_any(data: bytes, payload_types: Iterable[type[Payload]]) -> Payload:
+    """Decode `data` by its tag.
+
+    Raises
+    ------
+    DecodeError : no payload type has the tag, or its own decoding fails
+    """
+    if not data:
+        raise DecodeError("a message must hold at least its tag, got 0 bytes")
+    for payload_type in payload_types:
+        if payload_type.tag == data[0]:
+            return payload_type.decode(data)
+    raise DecodeError(f"message tag must be one of this system's, got 0x{data[0]:02x}")

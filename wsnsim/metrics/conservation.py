@@ -1,0 +1,124 @@
+"""What must hold in the tables of every run: nothing appears, nothing vanishes.
+
+Used by the tests on whatever a run left behind, and by anyone who doubts a
+result.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from wsnsim.metrics.energy import ENERGY_COLUMNS, drawn_by_node_j
+
+_RELATIVE = 1e-9
+_SAME_INSTANT_S = 1e-9
+
+_OUTCOME = r"delivered|fused|in_flight|dropped_\w+"
+
+_RADIO_COLUMN = {
+    "transmit": "energy_radio_tx_j",
+    "receive": "energy_radio_rx_j",
+    "listen": "energy_radio_listen_j",
+    "sleep": "energy_radio_sleep_j",
+}
+
+
+def violations(tables: Mapping[str, pd.DataFrame], simulated_s: float) -> list[str]:
+    """Return a sentence for each law that the tables break; none for a sound run.
+
+    Parameters
+    ----------
+    tables : the record tables by name; `nodes`, `energy`, `messages`, `events` and `estimates` are read
+    simulated_s : time from the beginning to the end of the run [s]
+    """
+    return [
+        *_messages(tables["messages"], tables["nodes"]),
+        *_energy(tables["energy"], tables["nodes"], simulated_s),
+        *_deaths(tables),
+    ]
+
+
+def _messages(messages: pd.DataFrame, nodes: pd.DataFrame) -> list[str]:
+    found = []
+    twice = messages[messages.duplicated(["message", "destination"])]
+    found += [f"message {m} to {d}: more than one fate" for m, d in _values(twice, "message", "destination")]
+    unclear = messages[~messages["outcome"].str.fullmatch(_OUTCOME)]
+    found += [f"message {m}: unknown outcome {o!r}" for m, o in _values(unclear, "message", "outcome")]
+    arrived = messages["outcome"] == "delivered"
+    undated = messages[arrived != messages["delivered_s"].notna()]
+    found += [
+        f"message {m}: {o}, but its delivery time disagrees"
+        for m, o in _values(undated, "message", "outcome")
+    ]
+    early = messages[messages["delivered_s"] < messages["created_s"]]
+    found += [
+        f"message {m}: delivered to {d} before it was created"
+        for m, d in _values(early, "message", "destination")
+    ]
+    sent = messages.drop_duplicates("message").groupby("source")["bytes"].sum()
+    for node, claimed in _values(nodes, "node", "app_tx_bytes"):
+        if sent.get(node, 0) != claimed:
+            found.append(
+                f"node {node}: {claimed} application bytes counted, {sent.get(node, 0)} in its messages"
+            )
+    return found
+
+
+def _energy(energy: pd.DataFrame, nodes: pd.DataFrame, simulated_s: float) -> list[str]:
+    found = []
+    for node in nodes.assign(drawn_j=drawn_by_node_j(nodes)).to_dict("records"):
+        name = node["node"]
+        own = energy[energy["node"] == name]
+        for column, joules in _by_column(own).items():
+            if not _close(joules, node.get(column, 0.0)):
+                found.append(f"node {name}: {column} is {node.get(column)}, its causes add up to {joules} J")
+        if not pd.isna(node["battery_capacity_j"]):
+            stored = node["battery_capacity_j"] + node["harvested_j"]
+            accounted = node["drawn_j"] + node["battery_left_j"]
+            if not _close(accounted, stored):
+                found.append(
+                    f"node {name}: {stored} J stored and harvested, but {accounted} J drawn and left"
+                )
+        lived_s = simulated_s if pd.isna(node["died_at_s"]) else node["died_at_s"]
+        for component, seconds in own.groupby("component")["seconds"].sum().items():
+            if seconds > lived_s * (1 + _RELATIVE) + _SAME_INSTANT_S:
+                found.append(f"node {name}: its {component} was on for {seconds} s of {lived_s} s")
+    return found
+
+
+def _by_column(own: pd.DataFrame) -> dict[str, float]:
+    """Return one node's energy [J] by the column of `nodes` it belongs to."""
+    totals = dict.fromkeys(ENERGY_COLUMNS, 0.0)
+    for component, cause, joules in _values(own, "component", "cause", "energy_j"):
+        column = _RADIO_COLUMN.get(cause, "radio") if component == "radio" else f"energy_{component}_j"
+        totals[column] = totals.get(column, 0.0) + joules
+    return totals
+
+
+def _deaths(tables: Mapping[str, pd.DataFrame]) -> list[str]:
+    found = []
+    died = tables["nodes"].dropna(subset=["died_at_s"])
+    traces = (
+        ("estimates", "node", "made_at_s", "made an estimate"),
+        ("events", "node", "time_s", "had an event"),
+        ("messages", "source", "created_s", "sent a message"),
+        ("messages", "destination", "delivered_s", "received a message"),
+    )
+    for node, died_at_s in _values(died, "node", "died_at_s"):
+        for table, who, when, what in traces:
+            rows = tables[table]
+            late = rows[(rows[who] == node) & (rows[when] > died_at_s + _SAME_INSTANT_S)]
+            found += [
+                f"node {node}: {what} at {time} s, after its death at {died_at_s} s" for time in late[when]
+            ]
+    return found
+
+
+def _values(frame: pd.DataFrame, *columns: str) -> list[tuple[Any, ...]]:
+    return list(zip(*(frame[column].tolist() for column in columns), strict=True))
+
+
+def _close(value: float, other: float) -> bool:
+    return bool(np.isclose(value, other, rtol=_RELATIVE, atol=1e-15))

@@ -1,0 +1,124 @@
+"""The `steps` table: what was true, what was believed, and what it was made from.
+
+One row for each target and tracking step. Everything that tells how good a
+tracker was is computed from this table.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+
+from wsnsim.geometry.camera import PinholeCamera
+from wsnsim.types import BoolArray, FloatArray, IntArray, NodeId
+
+_SAME_INSTANT_S = 1e-6
+"""Two times closer than this are the same sampling instant."""
+
+
+def steps_table(
+    truth: pd.DataFrame,
+    estimates: pd.DataFrame,
+    views: pd.DataFrame,
+    cameras: Mapping[NodeId, PinholeCamera],
+) -> pd.DataFrame:
+    """Join truth, estimates and views at the sampling instants.
+
+    A target's estimate is the last one made for that instant under a track of
+    the target's name; estimates for other instants are left out. The instant
+    of the manual initialisation, the first, is no step.
+
+    Parameters
+    ----------
+    truth, estimates, views : the record tables
+    cameras : by the names that stand in `views`
+
+    Returns
+    -------
+    one row for each step and target, steps counted from 1, with NaN where no
+    estimate was made; `participating` is the number of cameras that really see
+    the target, `pixel_share` the mean of its share of their images, and
+    `reprojection_px` the mean over them of the distance in the image between
+    the true and the estimated position (a camera that has the estimate behind
+    it is left out)
+    """
+    instants = np.unique(truth["time_s"].to_numpy(np.float64))
+    frame = truth[["time_s", "target", "x_m", "y_m", "z_m"]].rename(columns=_prefixed("truth"))
+    frame.insert(1, "step", _instant_index(instants, frame["time_s"]))
+    frame = frame[frame["step"] > 0]
+    frame = frame.merge(_last_estimates(estimates, instants), how="left", on=["step", "target"])
+    seen = _view_figures(views, instants, frame, cameras)
+    frame = frame.merge(seen, how="left", on=["step", "target"])
+    true_m, believed_m = _positions(frame, "truth"), _positions(frame, "estimate")
+    return pd.DataFrame(
+        {
+            "time_s": frame["time_s"],
+            "step": frame["step"].astype("int64"),
+            "target": frame["target"],
+            "track": frame["track"],
+            **{f"truth_{axis}_m": frame[f"truth_{axis}_m"] for axis in "xyz"},
+            **{f"estimate_{axis}_m": frame[f"estimate_{axis}_m"] for axis in "xyz"},
+            "error_m": np.linalg.norm(believed_m - true_m, axis=1),
+            "reprojection_px": frame["reprojection_px"],
+            "participating": frame["participating"].fillna(0).astype("int64"),
+            "asked": frame["asked"],
+            "heard": frame["heard"],
+            "pixel_share": frame["pixel_share"],
+            "latency_s": frame["made_at_s"] - frame["time_s"],
+            "kind": frame["kind"],
+        }
+    )
+
+
+def _prefixed(prefix: str) -> dict[str, str]:
+    return {f"{axis}_m": f"{prefix}_{axis}_m" for axis in "xyz"}
+
+
+def _positions(frame: pd.DataFrame, prefix: str) -> FloatArray:
+    return frame[[f"{prefix}_{axis}_m" for axis in "xyz"]].to_numpy(np.float64)
+
+
+def _instant_index(instants: FloatArray, times: "pd.Series[float]") -> IntArray:
+    """Return for each time the number of the instant it is, -1 where it is none."""
+    values = times.to_numpy(np.float64)
+    if len(instants) == 0:
+        return np.full(len(values), -1, dtype=np.int64)
+    after = np.clip(np.searchsorted(instants, values), 0, len(instants) - 1)
+    before = np.maximum(after - 1, 0)
+    nearest = np.where(np.abs(instants[before] - values) < np.abs(instants[after] - values), before, after)
+    return np.where(np.abs(instants[nearest] - values) <= _SAME_INSTANT_S, nearest, -1).astype(np.int64)
+
+
+def _last_estimates(estimates: pd.DataFrame, instants: FloatArray) -> pd.DataFrame:
+    """Return the last estimate for each (step, target), its counts as whole numbers with gaps."""
+    columns = ["made_at_s", "track", "x_m", "y_m", "z_m", "asked", "heard", "kind"]
+    frame = estimates[columns].rename(columns=_prefixed("estimate"))
+    frame = frame.assign(step=_instant_index(instants, estimates["time_s"]), target=estimates["track"])
+    frame = frame.sort_values("made_at_s", kind="stable").drop_duplicates(["step", "target"], keep="last")
+    return frame.astype({"asked": "Int64", "heard": "Int64"})
+
+
+def _view_figures(
+    views: pd.DataFrame, instants: FloatArray, frame: pd.DataFrame, cameras: Mapping[NodeId, PinholeCamera]
+) -> pd.DataFrame:
+    """Return participating cameras, pixel share and reprojection error for each (step, target) in view."""
+    seen = views[["camera", "target", "pixel_share"]].assign(step=_instant_index(instants, views["time_s"]))
+    seen = seen.merge(frame, how="inner", on=["step", "target"])
+    seen = seen.assign(reprojection_px=_reprojection_px(seen, cameras))
+    grouped = seen.groupby(["step", "target"], as_index=False, sort=False)
+    return grouped.agg(
+        participating=("camera", "nunique"),
+        pixel_share=("pixel_share", "mean"),
+        reprojection_px=("reprojection_px", "mean"),
+    )
+
+
+def _reprojection_px(seen: pd.DataFrame, cameras: Mapping[NodeId, PinholeCamera]) -> FloatArray:
+    true_m, believed_m = _positions(seen, "truth"), _positions(seen, "estimate")
+    distances = np.full(len(seen), np.nan)
+    for name, camera in cameras.items():
+        rows: BoolArray = (seen["camera"] == name).to_numpy(np.bool_)
+        true_px, _ = camera.project(true_m[rows])
+        believed_px, _ = camera.project(believed_m[rows])
+        distances[rows] = np.linalg.norm(believed_px - true_px, axis=1)
+    return distances

@@ -1,0 +1,56 @@
+"""The flat object of summary.json: every QoS and QoI figure of a run."""
+
+import math
+
+import pandas as pd
+
+from wsnsim.metrics.accuracy import Figures, accuracy
+from wsnsim.metrics.energy import energy
+from wsnsim.metrics.latency import latency
+from wsnsim.metrics.traffic import traffic
+from wsnsim.types import NodeId, Seconds
+
+
+def summary(
+    *,
+    steps: pd.DataFrame,
+    nodes: pd.DataFrame,
+    messages: pd.DataFrame,
+    base: NodeId,
+    step_s: Seconds,
+    lost_above_m: float,
+    channel_bps: float | None,
+    simulated_s: Seconds,
+    wall_s: Seconds,
+) -> Figures:
+    """Return all figures of a run.
+
+    Parameters
+    ----------
+    steps : the table of `steps_table`
+    nodes, messages : the record tables
+    base : name of the base station
+    step_s : time from one tracking step to the next [s]
+    lost_above_m : error at the last step above which a target counts as lost [m]
+    channel_bps : what the radio channel can carry [bit/s]; None for a network without limit
+    simulated_s : time from the beginning to the end of the run [s]
+    wall_s : time the run took on the computer [s]
+
+    Returns
+    -------
+    figures by key, with None where a run has no such figure, never NaN
+    """
+    count = int(steps["step"].max()) if len(steps) else 0
+    figures: Figures = {
+        **accuracy(steps, lost_above_m),
+        **latency(steps),
+        **traffic(messages, nodes, base, count, step_s, channel_bps, simulated_s),
+        "channel_bps": channel_bps,
+        **energy(nodes, count, simulated_s),
+        "steps": count,
+        "simulated_s": simulated_s,
+        "wall_s": wall_s,
+    }
+    return {
+        key: None if value is None or not math.isfinite(value) else value for key, value in figures.items()
+    }

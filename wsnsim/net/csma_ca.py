@@ -1,0 +1,230 @@
+"""Unslotted CSMA/CA of IEEE 802.15.4-2006 with acknowledgements and retries: the MAC of one node.
+
+For each frame: wait a random number of backoff periods, assess the channel,
+turn round, send, wait for the acknowledgement; begin again where the channel
+was busy or no acknowledgement came. A frame from above is `submit`ted when the
+MAC is idle, and its fate comes back through `Upper.done`.
+
+Where the standard leaves a choice: a node that receives a frame for itself
+while it is in CSMA answers it first and then begins its CSMA anew; while it
+waits for an acknowledgement, its own attempt counts as failed (as in ns-3).
+CSMA begins when the receiver is back from sending, and after the space that a
+sent frame must be followed by.
+
+References
+----------
+IEEE Std 802.15.4-2006: CSMA-CA, sec. 7.5.1.4 and fig. 69; spacing, sec.
+7.5.1.3; acknowledgement and retries, sec. 7.5.6.4; address filter, sec. 7.5.6.2.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from wsnsim.net.clock import Call, Clock
+from wsnsim.net.config import Ieee802154Config
+from wsnsim.net.frames import BROADCAST, MacAck, MacData, decode_frame
+from wsnsim.net.interface import LinkCounters, Outcome
+from wsnsim.net.medium import Medium, Radio, Transmission
+from wsnsim.net.phy import ACK_WAIT_NS, CCA_NS, TURNAROUND_NS, UNIT_BACKOFF_NS, interframe_space_ns
+from wsnsim.types import Nanoseconds
+from wsnsim.units import to_ns
+
+
+class Upper(Protocol):
+    """The layer above the MAC."""
+
+    def received(self, payload: bytes, source: int, cargo: Any) -> None:
+        """Take the payload of a new frame for this node, and what its sender keeps beside it."""
+
+    def done(self, outcome: Outcome | None) -> None:
+        """Learn that the submitted frame is finished: sent well (None), or lost for that reason."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    """A data frame in the hands of the MAC."""
+
+    mpdu: bytes
+    destination: int
+    meant: tuple[int, ...]
+    cargo: Any
+
+
+class CsmaCa:
+    """The MAC of one node.
+
+    Parameters
+    ----------
+    clock : the event clock
+    medium : the channel
+    config : backoff exponents, limits, PAN identifier
+    address : the node's short address, its place in the medium's power matrix
+    rng : backoffs and the first sequence number
+    """
+
+    def __init__(
+        self, clock: Clock, medium: Medium, config: Ieee802154Config, address: int, rng: np.random.Generator
+    ) -> None:
+        self.counters = LinkCounters()
+        self.awaits_ack = False
+        self._clock, self._medium, self._config = clock, medium, config
+        self._address, self._rng = address, rng
+        self._duplicate_lifetime_ns = to_ns(config.duplicate_lifetime_s)
+        self._heard: dict[int, tuple[int, Nanoseconds]] = {}
+        self._sequence = self._draw(256)
+        self._job: _Job | None = None
+        self._attempts = self._busy = self._exponent = 0
+        self._timer: Call | None = None
+        self._answer: Call | None = None
+        self._answering = False
+        self._spaced_ns: Nanoseconds = 0
+
+    def connect(self, radio: Radio, upper: Upper) -> None:
+        """Join the MAC to its radio and to the layer above, before anything else."""
+        self._radio, self._upper = radio, upper
+
+    @property
+    def idle(self) -> bool:
+        """Whether a frame may be submitted."""
+        return self._job is None
+
+    def submit(self, payload: bytes, destination: int, meant: tuple[int, ...], cargo: Any) -> None:
+        """Send a payload to a neighbour or to all; the MAC must be idle.
+
+        Parameters
+        ----------
+        payload : at most 116 B
+        destination : short address, or `BROADCAST`
+        meant : nodes whose reception is worth a record
+        cargo : kept beside the bytes, for the receiver's upper layer
+        """
+        self._sequence = (self._sequence + 1) % 256
+        unicast = destination != BROADCAST
+        frame = MacData(
+            self._sequence, self._config.pan_id, destination, self._address, payload, ack_request=unicast
+        )
+        self._job = _Job(frame.encode(), destination, meant, cargo)
+        self._attempts = 0
+        if not self._answering:
+            self._contend()
+
+    def stop(self) -> None:
+        """Stop for good."""
+        for call in (self._timer, self._answer):
+            if call is not None:
+                call.cancel()
+        self.awaits_ack = False
+        self._medium.silence(self._radio)
+
+    def received(self, transmission: Transmission) -> None:
+        """Take a frame from the radio."""
+        frame = decode_frame(transmission.mpdu)
+        if isinstance(frame, MacAck):
+            if self.awaits_ack:
+                self.counters.mac_rx_bytes += len(transmission.mpdu)
+                self._acknowledged(frame.sequence)
+            return
+        self.counters.mac_rx_bytes += len(transmission.mpdu)
+        if frame.ack_request:
+            self._prepare_answer(frame)
+        now = self._clock.now
+        sequence, since_ns = self._heard.get(frame.source, (-1, 0))
+        self._heard[frame.source] = (frame.sequence, now)
+        if frame.sequence != sequence or now - since_ns > self._duplicate_lifetime_ns:
+            self._upper.received(frame.payload, frame.source, transmission.cargo)
+
+    def sent(self, transmission: Transmission) -> None:
+        """Learn from the radio that a frame of this node is over."""
+        if transmission.kind == "ack":
+            self._answering = False
+            if self._job is not None:
+                self._contend()
+        elif transmission.kind == "broadcast":
+            self._finish(None)
+        else:
+            self.awaits_ack = True
+            self._timer = self._clock.call(ACK_WAIT_NS, self._unacknowledged)
+
+    def _draw(self, count: int) -> int:
+        # `Generator.integers` takes five times as long; a power of two loses nothing this way.
+        return int(self._rng.random() * count)
+
+    def _contend(self) -> None:
+        self._busy, self._exponent = 0, self._config.min_be
+        self._back_off()
+
+    def _back_off(self) -> None:
+        now = self._clock.now
+        begin = max(now, self._spaced_ns, self._radio.deaf_until_ns)
+        end = begin + self._draw(1 << self._exponent) * UNIT_BACKOFF_NS + CCA_NS
+        self._timer = self._clock.call(end - now, self._assess)
+
+    def _assess(self) -> None:
+        if not self._medium.busy(self._radio):
+            self._medium.turn(self._radio)
+            self._timer = self._clock.call(TURNAROUND_NS, self._transmit)
+            return
+        self._busy += 1
+        if self._busy > self._config.max_csma_backoffs:
+            self._finish(Outcome.CHANNEL)
+        else:
+            self._exponent = min(self._exponent + 1, self._config.max_be)
+            self._back_off()
+
+    def _transmit(self) -> None:
+        job = self._job
+        if job is None:
+            return
+        self._attempts += 1
+        if self._attempts > 1:
+            self.counters.frames_retried += 1
+        kind = "broadcast" if job.destination == BROADCAST else "data"
+        self._put_on_air(
+            Transmission(self._address, job.mpdu, job.destination, job.meant, kind, self._attempts, job.cargo)
+        )
+
+    def _put_on_air(self, frame: Transmission) -> None:
+        self.counters.frames_tx += 1
+        self.counters.mac_tx_bytes += len(frame.mpdu)
+        self._medium.transmit(frame)
+
+    def _acknowledged(self, sequence: int) -> None:
+        if sequence == self._sequence:
+            self._finish(None)
+        else:
+            # Sec. 7.5.6.4.3: an acknowledgement of another frame means that this attempt has failed.
+            self._unacknowledged()
+
+    def _unacknowledged(self) -> None:
+        self._stop_waiting()
+        if self._attempts > self._config.max_frame_retries:
+            self._finish(Outcome.NO_ACK)
+        elif not self._answering:
+            self._contend()
+
+    def _stop_waiting(self) -> None:
+        self.awaits_ack = False
+        if self._timer is not None:
+            self._timer.cancel()
+
+    def _finish(self, outcome: Outcome | None) -> None:
+        self._stop_waiting()
+        job, self._job = self._job, None
+        if outcome is None and job is not None:
+            self._spaced_ns = self._clock.now + interframe_space_ns(len(job.mpdu))
+        self._upper.done(outcome)
+
+    def _prepare_answer(self, frame: MacData) -> None:
+        """Turn round for an acknowledgement; CSMA begins anew after it."""
+        self._answering = True
+        self._medium.turn(self._radio)
+        ack = Transmission(
+            self._address, MacAck(frame.sequence).encode(), frame.source, (frame.source,), "ack"
+        )
+        self._answer = self._clock.call(TURNAROUND_NS, lambda: self._put_on_air(ack))
+        if self.awaits_ack:
+            self._unacknowledged()
+        elif self._timer is not None:
+            self._timer.cancel()

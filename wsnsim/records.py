@@ -1,0 +1,200 @@
+"""The rows a run leaves behind, and the sink they go to.
+
+Everything that happens is one record; every metric and every figure is a pure
+function of the records. A field's unit stands in its name; the tables of
+``results.sqlite`` have these fields as columns.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, Protocol, TypeAlias
+
+
+@dataclass(frozen=True, slots=True)
+class TruthRow:
+    """Where a target really is at a sampling instant; orientation as unit quaternion (w, x, y, z)."""
+
+    table: ClassVar[str] = "truth"
+    time_s: float
+    target: str
+    x_m: float
+    y_m: float
+    z_m: float
+    vx_mps: float
+    vy_mps: float
+    vz_mps: float
+    qw: float
+    qx: float
+    qy: float
+    qz: float
+
+
+@dataclass(frozen=True, slots=True)
+class ViewRow:
+    """How much of a target one camera really sees at a sampling instant (rows with visible pixels only)."""
+
+    table: ClassVar[str] = "views"
+    time_s: float
+    camera: str
+    target: str
+    visible_px: float
+    """Pixels of the image that show the target, in parts at its edge."""
+    pixel_share: float
+    """`visible_px` over the pixels of the image."""
+
+
+@dataclass(frozen=True, slots=True)
+class EstimateRow:
+    """What a node believes of a target; covariance of the position [m²], orientation (w, x, y, z)."""
+
+    table: ClassVar[str] = "estimates"
+    time_s: float
+    made_at_s: float
+    node: str
+    track: str
+    x_m: float
+    y_m: float
+    z_m: float
+    vx_mps: float
+    vy_mps: float
+    vz_mps: float
+    cov_xx_m2: float
+    cov_xy_m2: float
+    cov_xz_m2: float
+    cov_yy_m2: float
+    cov_yz_m2: float
+    cov_zz_m2: float
+    qw: float
+    qx: float
+    qy: float
+    qz: float
+    asked: int
+    """Cameras that were expected to contribute."""
+    heard: int
+    """Cameras whose contribution is in the estimate."""
+    kind: str
+    """`update` from measurements, or `prediction` where none arrived."""
+
+
+@dataclass(frozen=True, slots=True)
+class NodeRow:
+    """What a node did and used up over the whole run."""
+
+    table: ClassVar[str] = "nodes"
+    node: str
+    role: str
+    parent: str | None
+    depth: int
+    x_m: float
+    y_m: float
+    z_m: float
+    app_tx_bytes: int
+    mac_tx_bytes: int
+    mac_rx_bytes: int
+    frames_tx: int
+    frames_retried: int
+    frames_dropped: int
+    images_taken: int
+    images_skipped: int
+    cpu_cycles: float
+    cpu_busy_s: float
+    energy_radio_tx_j: float
+    energy_radio_rx_j: float
+    energy_radio_listen_j: float
+    energy_radio_sleep_j: float
+    energy_cpu_j: float
+    energy_camera_j: float
+    energy_board_j: float
+    harvested_j: float
+    battery_capacity_j: float | None
+    battery_left_j: float | None
+    died_at_s: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyRow:
+    """The joules of one node, component and cause over the whole run."""
+
+    table: ClassVar[str] = "energy"
+    node: str
+    component: str
+    cause: str
+    seconds: float
+    energy_j: float
+
+
+@dataclass(frozen=True, slots=True)
+class MessageRow:
+    """One application message and one receiver it was meant for."""
+
+    table: ClassVar[str] = "messages"
+    message: int
+    kind: str
+    source: str
+    destination: str
+    created_s: float
+    delivered_s: float | None
+    bytes: int
+    fragments: int
+    hops: int | None
+    outcome: str
+    """`delivered`, `fused`, `in_flight`, or `dropped_<reason>`."""
+    fused_into: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class EventRow:
+    """A death, a skipped frame, a stale message: what is worth telling."""
+
+    table: ClassVar[str] = "events"
+    time_s: float
+    node: str
+    kind: str
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class FrameRow:
+    """One radio frame at one receiver it was meant for (where `record.frames` asks for it)."""
+
+    table: ClassVar[str] = "frames"
+    time_s: float
+    sender: str
+    receiver: str
+    kind: str
+    bytes: int
+    attempt: int
+    rssi_dbm: float
+    sinr_db: float
+    outcome: str
+
+
+Row: TypeAlias = TruthRow | ViewRow | EstimateRow | NodeRow | EnergyRow | MessageRow | EventRow | FrameRow
+
+ROW_TYPES: tuple[type[Row], ...] = (
+    TruthRow,
+    ViewRow,
+    EstimateRow,
+    NodeRow,
+    EnergyRow,
+    MessageRow,
+    EventRow,
+    FrameRow,
+)
+
+
+class Sink(Protocol):
+    """Takes the rows of a run as they happen."""
+
+    def write(self, row: Row) -> None:
+        """Take one row."""
+
+
+class MemorySink:
+    """A sink that keeps rows in a list, for tests and short studies."""
+
+    def __init__(self) -> None:
+        self.rows: list[Row] = []
+
+    def write(self, row: Row) -> None:
+        """Append the row."""
+        self.rows.append(row)

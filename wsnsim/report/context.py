@@ -1,0 +1,41 @@
+"""What a report is made from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from wsnsim.geometry.camera import PinholeCamera
+from wsnsim.types import NodeId
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True, eq=False)
+class ReportContext:
+    """A finished run, as the report sees it.
+
+    Parameters
+    ----------
+    name : of the scenario
+    seed : of the run
+    system : the tracking system, as a person would call it
+    citation : where it was published
+    standard : the network's, as a person would call it: ``IEEE 802.15.4``
+    size_m : of the world along x, y and z [m]
+    cameras : by the node that carries each
+    tables : `steps` and the record tables by name
+    summary : the figures of summary.json
+    lost_above_m : error at the last step above which a target counts as lost [m]
+    """
+
+    name: str
+    seed: int
+    system: str
+    citation: str
+    standard: str
+    size_m: tuple[float, float, float]
+    cameras: Mapping[NodeId, PinholeCamera]
+    tables: "Mapping[str, pd.DataFrame]"
+    summary: Mapping[str, float | int | None]
+    lost_above_m: float

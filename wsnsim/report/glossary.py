@@ -1,0 +1,54 @@
+"""Plain words for the names that stand in tables and summaries."""
+
+from collections.abc import Mapping
+
+OUTCOMES: Mapping[str, str] = {
+    "delivered": "arrived",
+    "fused": "merged with others on the way",
+    "in_flight": "still on its way at the end",
+    "dropped_queue": "lost: a queue on the way was full",
+    "dropped_channel_access": "lost: the channel was busy at every try",
+    "dropped_no_ack": "lost: never acknowledged",
+    "dropped_not_heard": "lost: a broadcast was not heard",
+    "dropped_reassembly": "lost: a fragment was missing",
+    "dropped_expired": "not sent in time to be of use",
+    "dropped_dead_node": "lost: a node on the way had stopped",
+    "dropped_undecodable": "lost: arrived, but could not be decoded",
+}
+
+EVENTS: Mapping[str, str] = {
+    "frame_skipped": "an image was skipped because the processor was still busy with the one before",
+    "state_missed": "a camera had no predicted state for an image and could not judge it",
+    "weights_late": "weights arrived after the deadline of their step",
+    "weights_refused": "weights that fit no step or target were set aside",
+    "battery_empty": "a battery was empty; the node stopped",
+    "died": "a node stopped for good",
+    "death": "a node stopped for good",
+}
+
+ENERGY_CAUSES: Mapping[str, str] = {
+    "energy_radio_tx_j": "radio, sending",
+    "energy_radio_rx_j": "radio, receiving",
+    "energy_radio_listen_j": "radio, listening",
+    "energy_radio_sleep_j": "radio, asleep",
+    "energy_cpu_j": "processor",
+    "energy_camera_j": "camera",
+    "energy_board_j": "rest of the board",
+}
+
+ENERGY_USES: Mapping[str, str] = {
+    "energy_radio_tx_j": "sending",
+    "energy_radio_rx_j": "receiving",
+    "energy_radio_listen_j": "listening for frames",
+    "energy_radio_sleep_j": "its sleeping radio",
+    "energy_cpu_j": "its processor",
+    "energy_camera_j": "its camera",
+    "energy_board_j": "the rest of its board",
+}
+
+ROLES: Mapping[str, str] = {"camera": "camera", "relay": "relay", "base": "base station"}
+
+
+def explained(words: Mapping[str, str], name: str) -> str:
+    """Return the words for a name, or the name itself with spaces."""
+    return words.get(name, name.replace("_", " "))

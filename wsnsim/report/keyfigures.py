@@ -1,0 +1,157 @@
+"""The figures of summary.json with a label, a fitting unit and a meaning."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from wsnsim.report.wording import count, duration, length, number, percent, quantity, with_unit
+
+
+@dataclass(frozen=True)
+class KeyFigure:
+    """How one figure is shown."""
+
+    key: str
+    label: str
+    meaning: str
+    show: Callable[[float | int | None], str]
+    main: bool = False
+    """Whether it stands in the short table at the top."""
+
+
+def _of(unit: str) -> Callable[[float | int | None], str]:
+    return lambda value: quantity(value, unit)
+
+
+KEY_FIGURES: tuple[KeyFigure, ...] = (
+    KeyFigure(
+        "position_error_mean_m",
+        "Mean position error",
+        "distance from the true position, over all steps with an estimate",
+        length,
+        True,
+    ),
+    KeyFigure(
+        "position_error_median_m",
+        "Median position error",
+        "half of the estimates are closer than this",
+        length,
+    ),
+    KeyFigure(
+        "position_rmse_m",
+        "RMS position error",
+        "root of the mean squared distance; large errors count more",
+        length,
+    ),
+    KeyFigure(
+        "reprojection_error_mean_px",
+        "Mean error in the images",
+        "distance between true and estimated position as the cameras that see it would show it",
+        lambda v: with_unit(v, "px"),
+        True,
+    ),
+    KeyFigure(
+        "lost_fraction",
+        "Targets lost",
+        "targets whose error at the last step is too large to speak of tracking",
+        percent,
+        True,
+    ),
+    KeyFigure(
+        "missed_deadlines",
+        "Estimates without a measurement",
+        "target and step pairs for which no camera's message arrived in time",
+        count,
+        True,
+    ),
+    KeyFigure(
+        "offered_bps",
+        "Offered load",
+        "application data handed to the network, over the simulated time",
+        _of("bit/s"),
+        True,
+    ),
+    KeyFigure(
+        "channel_bps",
+        "Channel",
+        "what the radio channel carries at the very most, shared by all",
+        _of("bit/s"),
+    ),
+    KeyFigure(
+        "delivery_ratio",
+        "Messages delivered",
+        "of all messages and receivers, those that arrived before the end",
+        percent,
+        True,
+    ),
+    KeyFigure(
+        "bandwidth_mean_bps",
+        "Mean bandwidth used",
+        "all frames sent by all nodes: headers, relaying, repeats and acknowledgements included",
+        _of("bit/s"),
+        True,
+    ),
+    KeyFigure(
+        "bandwidth_peak_bps",
+        "Peak bandwidth used",
+        "the same in the busiest step, estimated from the messages created in it",
+        _of("bit/s"),
+    ),
+    KeyFigure(
+        "app_bytes_per_step", "Application data a step", "bytes that programs handed to the network", _of("B")
+    ),
+    KeyFigure("mac_bytes_per_step", "Data on the air a step", "bytes of all frames sent", _of("B")),
+    KeyFigure(
+        "base_ingress_bytes_per_step",
+        "Data at the base station a step",
+        "application bytes that arrived there",
+        _of("B"),
+    ),
+    KeyFigure("latency_p50_s", "Median latency", "from the sampling instant to the estimate", duration, True),
+    KeyFigure(
+        "latency_p95_s", "95th percentile of the latency", "one estimate in twenty took longer", duration
+    ),
+    KeyFigure(
+        "energy_per_step_j",
+        "Energy a step",
+        "drawn by all motes; the base station is on mains and not counted",
+        _of("J"),
+        True,
+    ),
+    KeyFigure("energy_total_j", "Energy of the run", "drawn by all motes", _of("J")),
+    KeyFigure(
+        "energy_max_node_j", "Energy of the busiest mote", "the most that one mote drew", _of("J"), True
+    ),
+    KeyFigure(
+        "cpu_cycles_per_step",
+        "Processor cycles a step",
+        "of all motes together",
+        lambda v: "–" if v is None else number(v / 1e6) + " million",
+    ),
+    KeyFigure(
+        "images_skipped",
+        "Images skipped",
+        "because a mote's processor was still busy with the image before",
+        count,
+        True,
+    ),
+    KeyFigure("lifetime_first_death_s", "First battery empty", "within this run", duration),
+    KeyFigure(
+        "lifetime_first_death_extrapolated_s",
+        "First battery empty, extrapolated",
+        "if every mote went on drawing its average power of this run",
+        duration,
+        True,
+    ),
+    KeyFigure("steps", "Tracking steps", "sampling instants after the first", count),
+    KeyFigure("simulated_s", "Simulated time", "from the beginning to the end of the run", duration),
+    KeyFigure("wall_s", "Time to compute", "on the computer that ran the simulation", duration),
+)
+
+
+def key_rows(summary: Mapping[str, float | int | None], main: bool) -> list[tuple[str, str, str, str]]:
+    """Return (label, value, meaning, key) of the figures in the short table, or of the others."""
+    return [
+        (figure.label, figure.show(summary[figure.key]), figure.meaning, figure.key)
+        for figure in KEY_FIGURES
+        if figure.main == main and figure.key in summary
+    ]

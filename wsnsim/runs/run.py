@@ -1,0 +1,154 @@
+"""Runs a scenario and leaves the results in a folder, whole or marked as what they are."""
+
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from wsnsim.errors import WsnsimError
+from wsnsim.metrics.steps import steps_table
+from wsnsim.metrics.summary import summary
+from wsnsim.records import ROW_TYPES
+from wsnsim.report.page import write_report
+from wsnsim.runs.expectations import check
+from wsnsim.runs.provenance import peak_memory_bytes, provenance
+from wsnsim.runs.report_context import report_context
+from wsnsim.runs.result import Run
+from wsnsim.scenario.load import LoadedScenario, load_scenario, scenario_from_dict
+from wsnsim.scenario.resolved import resolved_yaml, scenario_hash
+from wsnsim.sim.build import build
+from wsnsim.sim.engine import Progress, Simulation
+from wsnsim.sim.networks import channel_bps
+from wsnsim.store.derived import write_table
+from wsnsim.store.folder import RunFolder, Status, write_text
+from wsnsim.store.reader import RunStore
+from wsnsim.store.writer import SqliteSink
+from wsnsim.units import to_s
+
+_LOST_LENGTHS = 2.0
+"""A target is lost when the last error exceeds so many of its lengths (1.6 m for the published target)."""
+
+
+def run(
+    scenario: str | Path | Mapping[str, Any] | LoadedScenario,
+    *,
+    seed: int | None = None,
+    overrides: tuple[str, ...] = (),
+    out: str | Path | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> Run:
+    """Run a scenario.
+
+    Parameters
+    ----------
+    scenario : a YAML file, the same as plain data, or a scenario already loaded
+    seed : in place of the scenario's (of a file or data)
+    overrides : as after ``--set``: ``"system.particles=250"`` (of a file)
+    out : folder for the results; None keeps them in memory only
+    force : replace the run that `out` holds
+    progress : called with the number of steps done and their total
+
+    Raises
+    ------
+    ScenarioError : the scenario cannot be run
+    OutputError : `out` holds another run, or cannot be written
+    SimulationError : a program failed
+    """
+    loaded = _load(scenario, seed, overrides)
+    if out is not None:
+        return _run_into(loaded, RunFolder(Path(out)), force, progress)
+    with TemporaryDirectory(prefix="wsnsim-") as folder:
+        result = _run_into(loaded, RunFolder(Path(folder)), force, progress)
+    return Run(result.summary, result.tables, result.expectations, None)
+
+
+def default_folder(loaded: LoadedScenario) -> Path:
+    """Return where the command line puts a run that says nothing else."""
+    return Path("runs") / f"{loaded.scenario.name}-seed{loaded.scenario.seed}"
+
+
+def _load(
+    scenario: str | Path | Mapping[str, Any] | LoadedScenario, seed: int | None, overrides: tuple[str, ...]
+) -> LoadedScenario:
+    if isinstance(scenario, LoadedScenario):
+        return scenario
+    if isinstance(scenario, Mapping):
+        return scenario_from_dict(scenario if seed is None else {**scenario, "seed": seed})
+    return load_scenario(scenario, overrides, seed)
+
+
+@dataclass
+class _Progress:
+    """What the manifest says while a run goes on."""
+
+    folder: RunFolder
+    facts: dict[str, Any]
+    began: float
+
+    def mark(self, status: Status) -> None:
+        facts = {**self.facts, "wall_s": self.wall_s(), "peak_memory_bytes": peak_memory_bytes()}
+        self.folder.write_manifest(status, facts)
+
+    def wall_s(self) -> float:
+        return round(time.monotonic() - self.began, 3)
+
+
+def _run_into(loaded: LoadedScenario, folder: RunFolder, force: bool, progress: Progress | None) -> Run:
+    began = time.monotonic()
+    folder.create(force)
+    facts = {
+        "scenario": loaded.scenario.name,
+        "scenario_sha256": scenario_hash(loaded),
+        "seed": loaded.scenario.seed,
+        **provenance(),
+    }
+    state = _Progress(folder, facts, began)
+    state.mark(Status.RUNNING)
+    try:
+        write_text(folder.scenario, resolved_yaml(loaded, folder.path))
+        with SqliteSink(folder.database) as sink:
+            simulation = build(loaded, sink)
+            simulation.run(progress)
+        result = _finish(loaded, simulation, folder, state)
+    except BaseException as error:
+        status = Status.INTERRUPTED if isinstance(error, KeyboardInterrupt) else Status.FAILED
+        # the first error is the one to hear of, even where the disk has no room left to note it
+        with suppress(WsnsimError):
+            state.mark(status)
+        raise
+    state.mark(Status.COMPLETE)
+    return result
+
+
+def _finish(loaded: LoadedScenario, simulation: Simulation, folder: RunFolder, state: _Progress) -> Run:
+    """Derive steps and summary from the records on disk, and write the report."""
+    store = RunStore(folder.database)
+    tables = {row_type.table: store.table(row_type.table) for row_type in ROW_TYPES}
+    cameras = {camera.node.id: camera.renderer.camera for camera in simulation.cameras}
+    tables["steps"] = steps_table(tables["truth"], tables["estimates"], tables["views"], cameras)
+    write_table(folder.database, "steps", tables["steps"])
+    lost_above_m = _lost_above_m(loaded)
+    figures = summary(
+        steps=tables["steps"],
+        nodes=tables["nodes"],
+        messages=tables["messages"],
+        base=loaded.scenario.motes.base.id,
+        step_s=1.0 / simulation.schedule.rate_hz,
+        lost_above_m=lost_above_m,
+        channel_bps=channel_bps(loaded.scenario.network),
+        simulated_s=to_s(simulation.schedule.end_ns),
+        wall_s=state.wall_s(),
+    )
+    write_report(folder.report, report_context(loaded, simulation, tables, figures, lost_above_m))
+    folder.write_summary(figures)
+    expectations = check(loaded.scenario.expect, figures)
+    return Run(figures, tables, expectations, folder.path)
+
+
+def _lost_above_m(loaded: LoadedScenario) -> float:
+    longest = max(max(target.shape.semi_axes_m) for target in loaded.scenario.world.targets)
+    return _LOST_LENGTHS * 2.0 * longest

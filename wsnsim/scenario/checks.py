@@ -1,0 +1,130 @@
+"""What must hold between the parts of a scenario.
+
+The checks read plain data, so that they speak even where other values are
+wrong; whatever has not the form they look for, the schema has named already.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from wsnsim.scenario.faults import Fault, KeyPath, did_you_mean, path_text, shown
+from wsnsim.scenario.schema_motes import BaseStation, Camera
+
+
+def cross_faults(data: Mapping[str, Any]) -> list[Fault]:
+    """Return the faults between the parts of a scenario.
+
+    Parameters
+    ----------
+    data : the scenario as plain data, defaults not filled in
+    """
+    return [*_node_names(data), *_target_names(data), *_relays(data), *_rates(data), *_duration(data)]
+
+
+def _mapping(data: Any, key: str) -> Mapping[str, Any]:
+    value = data.get(key) if isinstance(data, Mapping) else None
+    return value if isinstance(value, Mapping) else {}
+
+
+def _items(data: Any, *keys: str) -> Iterator[tuple[KeyPath, Mapping[str, Any]]]:
+    """Yield path and content of each mapping in the list at `keys`."""
+    for key in keys[:-1]:
+        data = _mapping(data, key)
+    items = data.get(keys[-1])
+    for index, item in enumerate(items if isinstance(items, list) else []):
+        if isinstance(item, Mapping):
+            yield (*keys, index), item
+
+
+def _named(data: Any, *keys: str) -> Iterator[tuple[KeyPath, str]]:
+    """Yield path and id of each item in the list at `keys`."""
+    for path, item in _items(data, *keys):
+        if isinstance(item.get("id"), str):
+            yield (*path, "id"), item["id"]
+
+
+def _node_names(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Find two nodes of one name; an entry of `motes.nodes` may have a camera's, whose mote it changes."""
+    cameras = list(_named(data, "cameras"))
+    first: dict[str, KeyPath] = {}
+    for path, name in cameras:
+        yield from _twice(first, path, name)
+    entries: dict[str, KeyPath] = {}
+    for path, name in _named(data, "motes", "nodes"):
+        yield from _twice(entries, path, name)
+    base = _mapping(_mapping(data, "motes"), "base")
+    base_id = base.get("id", BaseStation.model_fields["id"].default)
+    if isinstance(base_id, str):
+        yield from _twice(entries | first, ("motes", "base", "id"), base_id)
+
+
+def _target_names(data: Mapping[str, Any]) -> Iterator[Fault]:
+    first: dict[str, KeyPath] = {}
+    for path, name in _named(data, "world", "targets"):
+        yield from _twice(first, path, name)
+
+
+def _twice(first: dict[str, KeyPath], path: KeyPath, name: str) -> Iterator[Fault]:
+    """Note who has the name first; the second is at fault."""
+    if name in first:
+        yield Fault(
+            path, f"must be a name of its own, got {shown(name)}, which {path_text(first[name])} has too"
+        )
+    first.setdefault(name, path)
+
+
+def _relays(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Ask relays for their places; the mote of a camera is where the camera is."""
+    cameras = {name for _, name in _named(data, "cameras")}
+    for path, entry in _items(data, "motes", "nodes"):
+        name = entry.get("id")
+        if not isinstance(name, str):
+            continue
+        placed = entry.get("position_m") is not None
+        if placed and name in cameras:
+            yield Fault(
+                (*path, "position_m"),
+                f"must be left out: {shown(name)} is a camera's mote, and stands where it does",
+            )
+        elif not placed and name not in cameras:
+            near = did_you_mean(name, cameras)
+            yield Fault(
+                (*path, "position_m"),
+                f"must be given: no camera is named {shown(name)}, so it is a relay{near}",
+            )
+
+
+def _positive(value: Any) -> float | None:
+    """Return a number that the schema may accept, else None."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return float(value) if is_number and 0 < value < 1e12 else None
+
+
+def _rate(camera: Mapping[str, Any]) -> float | None:
+    return _positive(camera.get("rate_hz", Camera.model_fields["rate_hz"].default))
+
+
+def _rates(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Ask for one rate: the trackers combine images of one instant."""
+    first: tuple[KeyPath, float] | None = None
+    for path, camera in _items(data, "cameras"):
+        rate = _rate(camera)
+        if rate is None:
+            continue
+        if first is None:
+            first = ((*path, "rate_hz"), rate)
+        elif rate != first[1]:
+            message = (
+                f"must be the same for all cameras (a tracking step takes an image of each), got {rate:g}"
+            )
+            yield Fault((*path, "rate_hz"), f"{message}, and {path_text(first[0])} is {first[1]:g}")
+
+
+def _duration(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Ask for one image at least: without it there is nothing to track."""
+    duration = _positive(data.get("duration_s"))
+    rates = [rate for _, camera in _items(data, "cameras") if (rate := _rate(camera)) is not None]
+    # A duration of one rounded period is enough.
+    if duration is not None and rates and duration * max(rates) * (1 + 1e-12) < 1:
+        period = f"{1 / max(rates):g} s at {max(rates):g} Hz"
+        yield Fault(("duration_s",), f"must be one frame period at least ({period}), got {shown(duration)}")

@@ -1,0 +1,60 @@
+"""A whole scenario as frozen values; what stands in YAML, in the order in which it is written out."""
+
+from typing import Annotated, Any, TypeAlias
+
+from pydantic import BeforeValidator, Field
+
+from wsnsim.scenario.expectations import parse_comparison
+from wsnsim.scenario.faults import shown
+from wsnsim.scenario.schema_base import Part, Seed, wrong
+from wsnsim.scenario.schema_motes import Camera, Motes
+from wsnsim.scenario.schema_network import NetworkParams
+from wsnsim.scenario.schema_world import World
+
+
+def _comparison_text(text: Any) -> Any:
+    if not isinstance(text, str):
+        raise wrong(f'must be a comparison such as "< 0.12", in quotes, got {shown(text)}')
+    try:
+        parse_comparison(text)
+    except ValueError as error:
+        raise wrong(f"{error}, got {shown(text)}") from None
+    return text
+
+
+ComparisonText: TypeAlias = Annotated[str, BeforeValidator(_comparison_text)]
+
+
+MAX_NAME = 100
+"""Characters of a scenario's name at most."""
+
+
+class Record(Part):
+    """What is recorded beyond the tables that every run has."""
+
+    frames: bool = Field(False, description="one row for every radio frame and receiver")
+
+
+class Scenario(Part):
+    """Everything a run depends on.
+
+    `system` holds plain data: its keys belong to the tracking system, whose own
+    parameters model has checked and completed them.
+    """
+
+    name: str = Field(
+        pattern=r"^\w[\w.-]*$",
+        max_length=MAX_NAME,
+        description="name of the scenario; the file's own where it is left out",
+    )
+    seed: Seed = Field(0, description="seed of all randomness")
+    duration_s: float = Field(gt=0, le=1e7, description="simulated time [s]")
+    world: World = Field(description="ground truth")
+    cameras: tuple[Camera, ...] = Field(min_length=1, description="what sees")
+    motes: Motes = Field(description="what computes and sends")
+    network: NetworkParams = Field(NetworkParams(), description="how messages travel")
+    system: dict[str, Any] = Field(description="the tracking system: its kind and its own keys")
+    record: Record = Field(Record(), description="what is recorded beyond the usual")
+    expect: dict[str, ComparisonText] = Field(
+        default_factory=dict, description='figures of the summary and what they must be, such as "< 0.12"'
+    )

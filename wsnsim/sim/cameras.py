@@ -1,0 +1,45 @@
+"""A camera on a mote: it takes an image at every tracking step, at the cost of its imager's power."""
+
+from wsnsim.hardware.profiles import Imager
+from wsnsim.net.clock import Clock
+from wsnsim.sim.node import Node
+from wsnsim.types import ByteArray, Seconds
+from wsnsim.units import to_ns
+from wsnsim.vision.frame import Frame
+from wsnsim.vision.renderer import Renderer
+from wsnsim.world.world import World
+
+
+class MoteCamera:
+    """Takes frames and gives them to the program of its mote.
+
+    The image shows the instant of the trigger; the program has it when the
+    imager has read it out.
+    """
+
+    def __init__(self, clock: Clock, node: Node, renderer: Renderer, imager: Imager, world: World) -> None:
+        self.node = node
+        self.renderer = renderer
+        self._clock = clock
+        self._world = world
+        self._readout_ns = to_ns(imager.capture_seconds(renderer.camera.resolution_px))
+
+    def trigger(self, step: int, time: Seconds) -> None:
+        """Take frame `step` now, unless the mote is dead or its processor is busy."""
+        if not self.node.alive:
+            return
+        if self.node.busy:
+            self.node.skip_frame(step)
+            return
+        self.node.images_taken += 1
+        self.node.power.camera(active=True)
+        frame = Frame(step, time, self.node.id, lambda: self._render(step, time))
+        self._clock.call(self._readout_ns, lambda: self._hand_over(frame))
+
+    def _hand_over(self, frame: Frame) -> None:
+        self.node.power.camera(active=False)
+        self.node.take_frame(frame)
+
+    def _render(self, step: int, time: Seconds) -> ByteArray:
+        bodies = [target.body for target in self._world.targets]
+        return self.renderer.render(step, bodies, self._world.at(time))

@@ -1,0 +1,143 @@
+"""One run from the first instant to the last, on the integer-nanosecond clock of SimPy."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import simpy
+
+from wsnsim.net.clock import Clock
+from wsnsim.net.interface import Network
+from wsnsim.net.routing import Tree
+from wsnsim.records import EnergyRow, NodeRow, Sink, TruthRow, ViewRow
+from wsnsim.sim.cameras import MoteCamera
+from wsnsim.sim.mail import MailRoom
+from wsnsim.sim.node import Node
+from wsnsim.types import Nanoseconds, NodeId
+from wsnsim.units import instant_ns, to_s
+from wsnsim.world.world import World
+
+Progress = Callable[[int, int], None]
+"""Called with the number of sampling instants done and their total."""
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """When cameras look: instants k / rate_hz, k from 0 (truth only) to `steps`."""
+
+    rate_hz: float
+    steps: int
+
+    def at_ns(self, step: int) -> Nanoseconds:
+        """Return the instant of a step [ns]."""
+        return instant_ns(0.0, step, self.rate_hz)
+
+    @property
+    def end_ns(self) -> Nanoseconds:
+        """Return the end of the run: the last frame has a whole period to be used."""
+        return self.at_ns(self.steps + 1)
+
+
+@dataclass
+class Simulation:
+    """All parts of one run, put together by `sim.build`.
+
+    Parameters
+    ----------
+    nodes : by name, cameras and relays in the order of the scenario, the base station last
+    positions : x, y and z of each node [m]
+    """
+
+    env: simpy.Environment
+    clock: Clock
+    world: World
+    schedule: Schedule
+    nodes: Mapping[NodeId, Node]
+    positions: Mapping[NodeId, tuple[float, float, float]]
+    cameras: tuple[MoteCamera, ...]
+    network: Network
+    tree: Tree
+    mail: MailRoom
+    sink: Sink
+
+    def run(self, progress: Progress | None = None) -> None:
+        """Run to the end and leave every record in the sink.
+
+        Raises
+        ------
+        SimulationError : a program failed
+        """
+        for step in range(self.schedule.steps + 1):
+            self._schedule_step(step, progress)
+        for node in self.nodes.values():
+            node.start()
+        self.env.run(until=self.schedule.end_ns)
+        self.mail.close()
+        for node in self.nodes.values():
+            self._write_totals(node)
+
+    def _schedule_step(self, step: int, progress: Progress | None) -> None:
+        def act() -> None:
+            self._sample(step)
+            if step > 0:
+                for camera in self.cameras:
+                    camera.trigger(step, step / self.schedule.rate_hz)
+            if progress is not None:
+                progress(step, self.schedule.steps)
+
+        self.clock.call(self.schedule.at_ns(step) - self.clock.now, act)
+
+    def _sample(self, step: int) -> None:
+        time = step / self.schedule.rate_hz
+        poses = self.world.at(time)
+        for target, pose in zip(self.world.targets, poses, strict=True):
+            numbers = (*pose.position, *pose.velocity, *pose.orientation)
+            self.sink.write(TruthRow(time, target.id, *(float(number) for number in numbers)))
+        bodies = [target.body for target in self.world.targets]
+        for camera in self.cameras:
+            width, height = camera.renderer.camera.resolution_px
+            areas = camera.renderer.visible_pixels(bodies, poses)
+            for target, area in zip(self.world.targets, areas, strict=True):
+                if area >= 1.0:
+                    share = float(area) / (width * height)
+                    self.sink.write(ViewRow(time, camera.node.id, target.id, float(area), share))
+
+    def _write_totals(self, node: Node) -> None:
+        now = self.clock.now
+        ledger = node.power.ledger
+        drawn, seconds = ledger.drawn_j(now), ledger.seconds(now)
+        for (component, cause), energy in sorted(drawn.items()):
+            self.sink.write(EnergyRow(node.id, component, cause, seconds[component, cause], energy))
+        link = self.network.counters(node.id)
+        x, y, z = self.positions[node.id]
+        self.sink.write(
+            NodeRow(
+                node=node.id,
+                role=node.role.value,
+                parent=self.tree.parent.get(node.id),
+                depth=self.tree.depth[node.id],
+                x_m=x,
+                y_m=y,
+                z_m=z,
+                app_tx_bytes=self.mail.app_tx_bytes[node.id],
+                mac_tx_bytes=link.mac_tx_bytes,
+                mac_rx_bytes=link.mac_rx_bytes,
+                frames_tx=link.frames_tx,
+                frames_retried=link.frames_retried,
+                frames_dropped=link.frames_dropped,
+                images_taken=node.images_taken,
+                images_skipped=node.images_skipped,
+                cpu_cycles=node.cpu_cycles,
+                cpu_busy_s=to_s(node.cpu_busy_ns),
+                energy_radio_tx_j=drawn.get(("radio", "transmit"), 0.0),
+                energy_radio_rx_j=drawn.get(("radio", "receive"), 0.0),
+                energy_radio_listen_j=drawn.get(("radio", "listen"), 0.0),
+                energy_radio_sleep_j=drawn.get(("radio", "sleep"), 0.0),
+                energy_cpu_j=sum(j for (component, _), j in drawn.items() if component == "cpu"),
+                energy_camera_j=sum(j for (component, _), j in drawn.items() if component == "camera"),
+                energy_board_j=sum(j for (component, _), j in drawn.items() if component == "board"),
+                harvested_j=0.0,
+                battery_capacity_j=ledger.capacity_j,
+                battery_left_j=None if ledger.capacity_j is None else ledger.left_j(now),
+                died_at_s=node.died_at_s,
+            )
+        )

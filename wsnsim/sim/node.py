@@ -1,0 +1,181 @@
+"""A node at work: one processor, one program, inputs that wait while it is busy."""
+
+from collections import deque
+from collections.abc import Callable
+
+from wsnsim.errors import SimulationError, WsnsimError
+from wsnsim.hardware.profiles import Platform
+from wsnsim.net.clock import Clock
+from wsnsim.records import EstimateRow, EventRow, Sink
+from wsnsim.sim.power import NodePower
+from wsnsim.systems.base import Context, Program, Received, Role, Send, Step, TrackEstimate
+from wsnsim.types import NodeId
+from wsnsim.units import to_ns, to_s
+from wsnsim.vision.frame import Frame
+
+
+class Node:
+    """Runs a program on a platform.
+
+    What the program does with an input takes effect when the processor has
+    done the work of it. Messages and timers that arrive meanwhile wait; a frame
+    that finds the processor busy is skipped.
+
+    Parameters
+    ----------
+    send : hands a message of this node to the network
+    on_death : told when the node's battery is empty
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        node: NodeId,
+        role: Role,
+        program: Program,
+        platform: Platform,
+        power: NodePower,
+        sink: Sink,
+        send: Callable[[Send], None],
+        on_death: Callable[[NodeId], None],
+    ) -> None:
+        self.id = node
+        self.role = role
+        self.power = power
+        self.died_at_s: float | None = None
+        self.cpu_cycles = 0.0
+        self.cpu_busy_ns = 0
+        self.images_taken = 0
+        self.images_skipped = 0
+        self._clock = clock
+        self._program = program
+        self._platform = platform
+        self._sink = sink
+        self._send = send
+        self._on_death = on_death
+        self._waiting: deque[Callable[[Context], Step]] = deque()
+        self._busy = False
+        self._busy_since = 0
+        power.watch(self._die)
+
+    @property
+    def alive(self) -> bool:
+        """Whether the node still runs."""
+        return self.died_at_s is None
+
+    @property
+    def busy(self) -> bool:
+        """Whether the processor has work."""
+        return self._busy
+
+    def start(self) -> None:
+        """Begin the program."""
+        self._take(self._program.on_start)
+
+    def take_frame(self, frame: Frame) -> None:
+        """Give the program an image."""
+        self._take(lambda ctx: self._program.on_frame(ctx, frame))
+
+    def take_message(self, message: Received) -> None:
+        """Give the program a message."""
+        self._take(lambda ctx: self._program.on_payload(ctx, message))
+
+    def skip_frame(self, step: int) -> None:
+        """Count a frame that the processor had no time for."""
+        self.images_skipped += 1
+        self.tell("frame_skipped", f"frame {step}: the processor was busy")
+
+    def tell(self, kind: str, detail: str) -> None:
+        """Record an event of this node."""
+        self._sink.write(EventRow(to_s(self._clock.now), self.id, kind, detail))
+
+    def _die(self) -> None:
+        """Stop at once: nothing waits, nothing finishes."""
+        now = self._clock.now
+        self.tell("death", "the battery is empty")
+        self.died_at_s = to_s(now)
+        if self._busy:
+            self.cpu_busy_ns += now - self._busy_since
+        self._waiting.clear()
+        self._on_death(self.id)
+
+    def _take(self, work: Callable[[Context], Step]) -> None:
+        if not self.alive:
+            return
+        if self._busy:
+            self._waiting.append(work)
+        else:
+            self._begin(work)
+
+    def _begin(self, action: Callable[[Context], Step]) -> None:
+        now = self._clock.now
+        try:
+            step = action(Context(self.id, to_s(now), self.power.left_j()))
+        except WsnsimError:
+            raise
+        except Exception as error:
+            raise SimulationError(f"the program failed: {error!r}", to_s(now), self.id) from error
+        cycles = self._platform.cycles(step.work)
+        duration = to_ns(self._platform.seconds(step.work))
+        self.cpu_cycles += cycles
+        if duration == 0:
+            self._finish(step)
+            return
+        self._busy, self._busy_since = True, now
+        self.power.cpu(busy=True)
+        self._clock.call(duration, lambda: self._end(step))
+
+    def _end(self, step: Step) -> None:
+        if not self.alive:
+            return
+        self._busy = False
+        self.cpu_busy_ns += self._clock.now - self._busy_since
+        self.power.cpu(busy=False)
+        self._finish(step)
+
+    def _finish(self, step: Step) -> None:
+        for note in step.notes:
+            self.tell(note.kind, note.detail)
+        for estimate in step.estimates:
+            self._sink.write(self._row(estimate))
+        for timer in step.timers:
+            self._set_timer(timer.key, timer.at)
+        for send in step.sends:
+            self._send(send)
+        if self._waiting and not self._busy:
+            self._begin(self._waiting.popleft())
+
+    def _set_timer(self, key: str, at: float) -> None:
+        delay = max(0, to_ns(at) - self._clock.now)
+        self._clock.call(delay, lambda: self._take(lambda ctx: self._program.on_timer(ctx, key)))
+
+    def _row(self, estimate: TrackEstimate) -> EstimateRow:
+        belief, cov = estimate.belief, estimate.cov
+        x, y, z = (float(value) for value in belief.position)
+        vx, vy, vz = (float(value) for value in belief.velocity)
+        qw, qx, qy, qz = (float(value) for value in belief.orientation)
+        return EstimateRow(
+            time_s=estimate.time,
+            made_at_s=to_s(self._clock.now),
+            node=self.id,
+            track=estimate.track,
+            x_m=x,
+            y_m=y,
+            z_m=z,
+            vx_mps=vx,
+            vy_mps=vy,
+            vz_mps=vz,
+            cov_xx_m2=float(cov[0, 0]),
+            cov_xy_m2=float(cov[0, 1]),
+            cov_xz_m2=float(cov[0, 2]),
+            cov_yy_m2=float(cov[1, 1]),
+            cov_yz_m2=float(cov[1, 2]),
+            cov_zz_m2=float(cov[2, 2]),
+            qw=qw,
+            qx=qx,
+            qy=qy,
+            qz=qz,
+            asked=estimate.asked,
+            heard=estimate.heard,
+            kind="update" if estimate.heard else "prediction",
+        )

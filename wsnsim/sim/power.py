@@ -1,0 +1,107 @@
+"""A node's power: what its components draw by state, and the instant its battery is empty."""
+
+from collections.abc import Callable
+
+from wsnsim.hardware.ledger import EnergyLedger
+from wsnsim.hardware.profiles import Imager, Platform, Radio
+from wsnsim.net.clock import Clock
+from wsnsim.types import Nanoseconds
+from wsnsim.units import NS_PER_S
+
+_CLOSE_NS = 1000
+"""No component changes state and back within this time: close enough to the end to look at the end itself."""
+
+
+class NodePower:
+    """Tells the ledger of every change of state of a node's components.
+
+    Parameters
+    ----------
+    capacity_j : of the battery [J]; None on mains
+    tx_power_dbm : the radio's setting, which decides what sending draws; the radio draws nothing before
+        the network switches it on
+    imager : None for a node without a camera
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        capacity_j: float | None,
+        platform: Platform,
+        radio: Radio,
+        tx_power_dbm: float,
+        imager: Imager | None,
+    ) -> None:
+        self._clock = clock
+        self._platform = platform
+        self._imager = imager
+        self._radio_w = {
+            "sleep": radio.sleep_w,
+            "listen": radio.listen_w,
+            "receive": radio.receive_w,
+            "transmit": radio.transmit_w(tx_power_dbm),
+        }
+        self.ledger = EnergyLedger(capacity_j)
+        self.ledger.enter(0, "board", "base load", platform.board_w)
+        self.cpu(busy=False)
+        if imager is not None:
+            self.camera(active=False)
+        self._most_w = (
+            platform.board_w
+            + max(platform.cpu_active_w, platform.cpu_idle_w)
+            + max(self._radio_w.values())
+            + (0.0 if imager is None else max(imager.active_w(), imager.idle_w()))
+        )
+
+    def cpu(self, busy: bool) -> None:
+        """Let the processor work, or wait."""
+        power = self._platform.cpu_active_w if busy else self._platform.cpu_idle_w
+        self._enter("cpu", "work" if busy else "idle", power)
+
+    def camera(self, active: bool) -> None:
+        """Let the imager expose and read out, or idle."""
+        assert self._imager is not None
+        power = self._imager.active_w() if active else self._imager.idle_w()
+        self._enter("camera", "capture" if active else "idle", power)
+
+    def radio(self, now_ns: Nanoseconds, cause: str) -> None:
+        """Let the radio sleep, listen, receive or transmit from `now_ns` on."""
+        self.ledger.enter(now_ns, "radio", cause, self._radio_w[cause])
+
+    def left_j(self) -> float:
+        """Return the energy left in the battery now [J]; infinite on mains."""
+        return self.ledger.left_j(self._clock.now)
+
+    def watch(self, on_empty: Callable[[], None]) -> None:
+        """Call `on_empty` once, at the instant the battery is empty.
+
+        Between two looks the battery cannot become empty, whatever the
+        components do: the next look is when it would be if all of them drew
+        their most. The looks close in on the instant, to the nanosecond.
+        """
+        if self.ledger.capacity_j is None:
+            return
+        now = self._clock.now
+        left_j = self.left_j()
+        if left_j <= 0.0:
+            on_empty()
+            return
+        look = now + max(1, int(left_j / self._most_w * NS_PER_S))
+        empty = self.ledger.empty_at_ns()
+        if empty is not None and look + _CLOSE_NS >= empty:
+            look = empty
+        self._clock.call(look - now, lambda: self.watch(on_empty))
+
+    def _enter(self, component: str, cause: str, power_w: float) -> None:
+        self.ledger.enter(self._clock.now, component, cause, power_w)
+
+
+class RadioMeter:
+    """Passes one node's radio states on to its ledger."""
+
+    def __init__(self, power: NodePower) -> None:
+        self._power = power
+
+    def enter(self, now_ns: Nanoseconds, cause: str) -> None:
+        """Note that the radio is in the state `cause` from `now_ns` on."""
+        self._power.radio(now_ns, cause)

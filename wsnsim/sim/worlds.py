@@ -1,0 +1,58 @@
+"""The true world from its section of a scenario."""
+
+from pathlib import Path
+
+import numpy as np
+
+from wsnsim.rng import RandomStreams
+from wsnsim.scenario import schema_world
+from wsnsim.types import FloatArray
+from wsnsim.world.motion import Motion, Waypoints, jittered
+from wsnsim.world.recorded import read_track_csv
+from wsnsim.world.targets import PatchTexture, TargetBody
+from wsnsim.world.world import Target, World
+
+
+def build_world(world: schema_world.World, streams: RandomStreams) -> World:
+    """Return the world of a run.
+
+    Raises
+    ------
+    ScenarioError : a recorded track cannot be read
+    """
+    light = np.array(world.light.direction)
+    return World(
+        size_m=np.array(world.size_m),
+        targets=tuple(
+            Target(target.id, _body(target, streams), _motion(target, streams)) for target in world.targets
+        ),
+        light=light / np.linalg.norm(light),
+        ambient=world.light.ambient,
+    )
+
+
+def _body(target: schema_world.Target, streams: RandomStreams) -> TargetBody:
+    texture = target.shape.texture
+    own = streams if texture.seed is None else RandomStreams(texture.seed)
+    generator = own.stream("texture", target.id)
+    return TargetBody(
+        _array(target.shape.semi_axes_m), PatchTexture.random(generator, texture.patches, texture.colours)
+    )
+
+
+def _motion(target: schema_world.Target, streams: RandomStreams) -> Motion:
+    motion = target.motion
+    if isinstance(motion, schema_world.Recorded):
+        return read_track_csv(
+            Path(motion.file),
+            scale=motion.scale,
+            offset_m=_array(motion.offset_m),
+            height_m=motion.height_m,
+            start_s=motion.start_s,
+        )
+    points = jittered(np.array(motion.points_m), streams.stream("motion", target.id), motion.jitter_m)
+    return Waypoints(points, motion.speed_mps, _array(motion.orientation))
+
+
+def _array(values: tuple[float, ...]) -> FloatArray:
+    return np.array(values, dtype=np.float64)

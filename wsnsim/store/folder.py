@@ -1,0 +1,125 @@
+"""The folder of one run: what belongs to it, and how files get there whole."""
+
+import json
+import os
+import tempfile
+from collections.abc import Mapping
+from contextlib import suppress
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from wsnsim.errors import OutputFolderError
+from wsnsim.store.writer import cannot_write
+
+
+class Status(Enum):
+    """How far a run has come."""
+
+    RUNNING = "running"
+    COMPLETE = "complete"
+    INTERRUPTED = "interrupted"
+    FAILED = "failed"
+
+
+class RunFolder:
+    """Where the results of one run live.
+
+    Parameters
+    ----------
+    path : the folder, existing or not
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.manifest = path / "manifest.json"
+        self.scenario = path / "scenario.yaml"
+        self.database = path / "results.sqlite"
+        self.summary = path / "summary.json"
+        self.report = path / "report.html"
+
+    def create(self, force: bool = False) -> None:
+        """Make the folder, or take an existing one that holds no run.
+
+        Parameters
+        ----------
+        force : remove the files of an earlier run first, and nothing else
+
+        Raises
+        ------
+        OutputFolderError : the folder holds a run, or is no folder
+        OutputError : it cannot be written to
+        """
+        if self.path.exists() and not self.path.is_dir():
+            raise OutputFolderError(f"{self.path}: output must be a folder, got a file; choose another --out")
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            existing = [file for file in self._files() if file.exists() or file.is_symlink()]
+            if existing and not force:
+                names = ", ".join(file.name for file in existing)
+                raise OutputFolderError(
+                    f"{self.path}: output folder must not hold another run, found {names}; "
+                    "choose another --out, or replace that run with --force"
+                )
+            for file in existing:
+                file.unlink()
+            with tempfile.TemporaryFile(dir=self.path):
+                pass
+        except OSError as error:
+            raise cannot_write(self.path, error) from error
+
+    def write_manifest(self, status: Status, facts: Mapping[str, Any]) -> None:
+        """Write manifest.json: the status first, then `facts`.
+
+        Raises
+        ------
+        OutputError : the file cannot be written
+        """
+        write_json(self.manifest, {"status": status.value, **facts})
+
+    def write_summary(self, figures: Mapping[str, float | int | None]) -> None:
+        """Write summary.json.
+
+        Raises
+        ------
+        OutputError : the file cannot be written
+        """
+        write_json(self.summary, figures)
+
+    def _files(self) -> tuple[Path, ...]:
+        logs = (Path(f"{self.database}-wal"), Path(f"{self.database}-shm"), Path(f"{self.database}-journal"))
+        return (self.manifest, self.scenario, self.database, *logs, self.summary, self.report)
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write a JSON object, whole or not at all; NaN is refused.
+
+    Raises
+    ------
+    ValueError : `content` holds a NaN or an infinity, which JSON has no word for
+    OutputError : the file cannot be written
+    """
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
+    write_text(path, text + "\n")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file in UTF-8, whole or not at all.
+
+    Raises
+    ------
+    OutputError : the file cannot be written
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        try:
+            with temporary.open("w", encoding="utf-8", newline="\n") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            temporary.replace(path)
+        finally:
+            with suppress(FileNotFoundError):
+                temporary.unlink()
+    except OSError as error:
+        raise cannot_write(path, error) from error

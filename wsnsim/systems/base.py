@@ -1,0 +1,193 @@
+"""The seam between a tracking system and everything that runs it.
+
+A system is a set of small programs, each a function of (context, input) that
+returns a `Step`: what to send, what work it cost, what it now believes. A
+program never waits, never sends and never reads a clock by itself, so that it
+can be tested without a network and run over any.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+
+from pydantic import BaseModel
+
+from wsnsim.geometry.camera import PinholeCamera
+from wsnsim.hardware.work import Work
+from wsnsim.messages.base import Payload
+from wsnsim.rng import RandomStreams
+from wsnsim.types import FloatArray, NodeId, Seconds
+from wsnsim.vision.frame import Frame
+
+if TYPE_CHECKING:
+    from wsnsim.vision.portrait import Portrait
+
+
+class Role(Enum):
+    """What a node is in the network."""
+
+    CAMERA = "camera"
+    RELAY = "relay"
+    BASE = "base"
+
+
+class Scope(Enum):
+    """Whom a message is for, where it is not one named node."""
+
+    BASE = "base"
+    """The base station, up the tree."""
+    TREE = "tree"
+    """Every mote, down the tree."""
+
+
+@dataclass(frozen=True)
+class Send:
+    """A message to hand to the network."""
+
+    to: NodeId | Scope
+    payload: Payload
+    expires: Seconds | None = None
+    """Time after which nobody wants it: what is unsent then is dropped."""
+
+
+@dataclass(frozen=True)
+class Timer:
+    """A call of `on_timer` with `key` when the node's clock shows `at` [s]."""
+
+    key: str
+    at: Seconds
+
+
+@dataclass(frozen=True)
+class Belief:
+    """State of a target as a tracker holds it: two arrays (3,) and a unit quaternion (w, x, y, z)."""
+
+    position: FloatArray
+    velocity: FloatArray
+    orientation: FloatArray
+
+
+@dataclass(frozen=True)
+class TrackEstimate:
+    """A statement about where a target was at `time`."""
+
+    time: Seconds
+    track: str
+    belief: Belief
+    cov: FloatArray
+    """(3, 3) covariance of the position [m²]."""
+    asked: int
+    """Cameras that were expected to contribute."""
+    heard: int
+    """Cameras that did."""
+
+
+@dataclass(frozen=True)
+class Note:
+    """Something worth an event record: `kind` and a sentence."""
+
+    kind: str
+    detail: str
+
+
+@dataclass(frozen=True)
+class Step:
+    """What a program does with one input.
+
+    Sends, timers and estimates take effect when the work is done.
+    """
+
+    sends: tuple[Send, ...] = ()
+    work: Work = field(default_factory=Work)
+    timers: tuple[Timer, ...] = ()
+    estimates: tuple[TrackEstimate, ...] = ()
+    notes: tuple[Note, ...] = ()
+
+
+@dataclass(frozen=True)
+class Context:
+    """What a node may know at this instant."""
+
+    node: NodeId
+    now: Seconds
+    """By the node's own clock."""
+    battery_j: float
+    """Energy left; infinite on mains."""
+
+
+@dataclass(frozen=True)
+class Received:
+    """A payload that arrived, and who made it."""
+
+    source: NodeId
+    payload: Payload
+
+
+class Program(Protocol):
+    """What runs on a mote, a relay or a base station alike."""
+
+    def on_start(self, ctx: Context) -> Step:
+        """React to the beginning of the run."""
+
+    def on_frame(self, ctx: Context, frame: Frame) -> Step:
+        """React to an image from the node's own camera."""
+
+    def on_payload(self, ctx: Context, message: Received) -> Step:
+        """React to a message."""
+
+    def on_timer(self, ctx: Context, key: str) -> Step:
+        """React to a timer set earlier."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedTarget:
+    """What a system is told of a target before the run.
+
+    Parameters
+    ----------
+    id : its name in the scenario
+    semi_axes_m : (3,) of the ellipsoid that stands for it [m]
+    start : where it is at the beginning, the manual initialisation of the published experiments
+    portrait : takes a picture of it from a direction (3,) in its own axes
+    """
+
+    id: str
+    semi_axes_m: FloatArray
+    start: Belief
+    portrait: "Callable[[FloatArray], Portrait]"
+
+
+@dataclass(frozen=True, eq=False)
+class Site:
+    """What was measured and configured at deployment; the same object at every node."""
+
+    cameras: Mapping[NodeId, PinholeCamera]
+    """Calibrated cameras by the node that carries each."""
+    targets: tuple[TrackedTarget, ...]
+    rate_hz: float
+    """Frame rate that all cameras share [Hz]."""
+    steps: int
+    """Number of the last tracking step; frame k is taken at k / rate_hz, k = 1 … steps."""
+    streams: RandomStreams
+    """The seed that all motes share."""
+
+
+class SystemParams(BaseModel, extra="forbid", frozen=True, allow_inf_nan=False):
+    """Base of the parameters that stand under `system:` in a scenario."""
+
+    kind: str
+
+
+P = TypeVar("P", bound=SystemParams)
+
+
+@dataclass(frozen=True)
+class System(Generic[P]):
+    """A tracking system as the simulator sees it."""
+
+    name: str
+    citation: str
+    params: type[P]
+    payloads: tuple[type[Payload], ...]
+    program: Callable[[P, Site, NodeId, Role], Program]

@@ -1,0 +1,45 @@
+"""The multi-view system as the simulator sees it."""
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, Literal
+
+from wsnsim.messages.state import StatePayload
+from wsnsim.messages.weights import QuantisedWeightsPayload, WeightsPayload
+from wsnsim.systems.base import Program, Role, Site, System
+from wsnsim.systems.multiview.params import MultiviewParams
+from wsnsim.systems.silent import SilentProgram
+from wsnsim.types import NodeId
+
+if TYPE_CHECKING:
+    from wsnsim.systems.multiview.reference_model import ReferenceModel
+
+
+@lru_cache(maxsize=1)
+def _models(site: Site, colour_space: Literal["hsv", "hs"]) -> "tuple[ReferenceModel, ...]":
+    from wsnsim.systems.multiview.reference_model import learn
+    from wsnsim.vision.features import FeatureSpace
+
+    features = FeatureSpace(colour_space)
+    return tuple(learn(target, features) for target in site.targets)
+
+
+def make_program(params: MultiviewParams, site: Site, node: NodeId, role: Role) -> Program:
+    """Return what runs on `node`; all motes share one reference model, learned before the run."""
+    # compiled kernels come in with the trackers: a scenario is checked without them
+    from wsnsim.systems.multiview.t0 import T0Base, T0Camera
+
+    if role is Role.BASE:
+        return T0Base(params, site)
+    if role is Role.CAMERA:
+        return T0Camera(params, site, node, _models(site, params.colour_space))
+    return SilentProgram()
+
+
+SYSTEM = System(
+    name="multiview",
+    citation="M. Kushwaha, X. Koutsoukos: Collaborative 3D Target Tracking in Distributed Smart Camera "
+    "Networks for Wide-Area Surveillance. Journal of Sensor and Actuator Networks 2(2), 316-353, 2013",
+    params=MultiviewParams,
+    payloads=(StatePayload, WeightsPayload, QuantisedWeightsPayload),
+    program=make_program,
+)

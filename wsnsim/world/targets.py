@@ -1,0 +1,109 @@
+"""What a target is: an ellipsoid with coloured patches painted on it.
+
+Left out: limbs, articulated motion, gloss. The texture is fixed to the body and
+turns with it, so that the target looks different from every side.
+"""
+
+import colorsys
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from wsnsim.types import FloatArray
+
+_CANDIDATES = 10
+"""Candidates for each patch centre; more gives patches of more equal size (Mitchell 1991)."""
+
+
+@dataclass(frozen=True, eq=False)
+class PatchTexture:
+    """Voronoi patches of one colour each on the unit sphere.
+
+    A surface point x of an ellipsoid with semi-axes a lies in the direction x / a
+    (component by component) and has the colour of the nearest patch centre.
+
+    Parameters
+    ----------
+    centres : (p, 3) - unit vectors in body axes
+    colours : (p, 3) - RGB [0–255]
+
+    Raises
+    ------
+    ValueError : the shapes do not match, a centre is not of unit length or a colour is out of range
+    """
+
+    centres: FloatArray
+    colours: FloatArray
+
+    def __post_init__(self) -> None:
+        if self.centres.ndim != 2 or self.centres.shape[1] != 3 or len(self.centres) < 1:
+            raise ValueError(f"centres: must have shape (p, 3) with p at least 1, got {self.centres.shape}")
+        if self.colours.shape != self.centres.shape:
+            raise ValueError(f"colours: must have shape {self.centres.shape}, got {self.colours.shape}")
+        if not np.allclose(np.linalg.norm(self.centres, axis=1), 1.0, rtol=0.0, atol=1e-9):
+            raise ValueError("centres: must be unit vectors")
+        if not ((self.colours >= 0.0) & (self.colours <= 255.0)).all():
+            raise ValueError("colours: must lie in 0–255")
+
+    @classmethod
+    def random(cls, generator: np.random.Generator, patches: int = 18, colours: int = 9) -> Self:
+        """Return well-spread patches in well-separated colours, each of them used.
+
+        The hues stand at equal distances round the colour circle from a random
+        beginning; saturation is 0.65–0.95 and value 0.7–1.
+
+        Parameters
+        ----------
+        generator : source of randomness
+        patches : number of patches
+        colours : number of colours
+
+        Raises
+        ------
+        ValueError : not 1 ≤ colours ≤ patches
+        """
+        if not 1 <= colours <= patches:
+            raise ValueError(f"colours: must be 1 to the number of patches {patches}, got {colours}")
+        hues = generator.uniform() + np.arange(colours) / colours
+        saturations = generator.uniform(0.65, 0.95, colours)
+        values = generator.uniform(0.7, 1.0, colours)
+        palette = 255.0 * np.array(
+            [colorsys.hsv_to_rgb(h % 1.0, s, v) for h, s, v in zip(hues, saturations, values, strict=True)]
+        )
+        which = generator.permutation(np.arange(patches) % colours)
+        return cls(_spread_directions(generator, patches), palette[which])
+
+
+@dataclass(frozen=True, eq=False)
+class TargetBody:
+    """Shape and surface of a target.
+
+    Parameters
+    ----------
+    semi_axes_m : (3,) - of the ellipsoid along its own x, y, z [m]
+    texture : painted on it
+
+    Raises
+    ------
+    ValueError : a semi-axis is not above 0
+    """
+
+    semi_axes_m: FloatArray
+    texture: PatchTexture
+
+    def __post_init__(self) -> None:
+        axes = self.semi_axes_m
+        if axes.shape != (3,) or not (np.isfinite(axes) & (axes > 0.0)).all():
+            raise ValueError(f"semi_axes_m: must be three numbers above 0, got {axes.tolist()} [m]")
+
+
+def _spread_directions(generator: np.random.Generator, count: int) -> FloatArray:
+    """Return `count` unit vectors (count, 3) that keep apart, by best candidates."""
+    chosen = np.empty((count, 3))
+    for i in range(count):
+        candidates = generator.standard_normal((_CANDIDATES, 3))
+        candidates /= np.linalg.norm(candidates, axis=1, keepdims=True)
+        nearest = (candidates @ chosen[:i].T).max(axis=1, initial=-1.0)
+        chosen[i] = candidates[nearest.argmin()]
+    return chosen
