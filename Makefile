@@ -6,7 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 UV := $(shell command -v uv 2>/dev/null)
 
-.PHONY: run test clean
+.PHONY: run test clean picture
 
 run: $(VENV)/.installed
 	$(BIN)/wsnsim run scenarios/quickstart.yaml --out runs/quickstart --force
@@ -45,3 +45,12 @@ else
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
 endif
 	@touch $@
+
+# The README's picture: the report of the demo as a browser shows it (needs chromium).
+picture: run
+	chromium --headless --no-sandbox --disable-gpu --hide-scrollbars --window-size=1280,3900 \
+		--virtual-time-budget=8000 --screenshot=runs/quickstart/page.png \
+		"file://$(CURDIR)/runs/quickstart/report.html"
+	$(BIN)/python -c "from PIL import Image; \
+		Image.open('runs/quickstart/page.png').convert('RGB').crop((80, 1195, 1200, 2605)) \
+		.resize((840, 1058)).quantize(192).save('reports/quickstart.png', optimize=True)"

@@ -12,7 +12,7 @@ from wsnsim.runs.result import Run
 SHORT = ("duration_s=3", "expect={}")
 DYING = (
     "motes.default.battery={kind: capacity, capacity_j: 1.0}",
-    "motes.nodes=[{id: relay, position_m: [26, 4, 3]}, {id: c2, battery: {kind: capacity, capacity_j: 0.6}}]",
+    "motes.nodes=[{id: relay, position_m: [17, 4, 3]}, {id: c2, battery: {kind: capacity, capacity_j: 0.6}}]",
 )
 
 
