@@ -11,13 +11,22 @@ from wsnsim.hardware.ledger import EnergyLedger
 from wsnsim.hardware.profiles import PLATFORMS, RADIOS
 from wsnsim.metrics.steps import steps_table
 from wsnsim.metrics.summary import summary
-from wsnsim.records import EnergyRow, EstimateRow, EventRow, MessageRow, NodeRow, TruthRow, ViewRow
+from wsnsim.records import (
+    EnergyRow,
+    EstimateRow,
+    EventRow,
+    LoadRow,
+    MessageRow,
+    NodeRow,
+    TruthRow,
+    ViewRow,
+)
 from wsnsim.store.reader import RunStore
 from wsnsim.store.writer import SqliteSink
 
 STEPS = 36
 RATE_HZ = 4.0
-SIMULATED_S = STEPS / RATE_HZ
+SIMULATED_S = (STEPS + 1) / RATE_HZ
 SIZE_M = (12.0, 9.0, 4.0)
 PLACES = {
     "c1": (0.0, 0.0, 3.0),
@@ -29,6 +38,7 @@ PLACES = {
 }
 PARENTS = {"c1": "base", "c2": "base", "c3": "relay", "c4": "relay", "relay": "base", "base": None}
 DEPTHS = {"c1": 1, "c2": 1, "c3": 2, "c4": 2, "relay": 1, "base": 0}
+SKIPPED_EVERY = {"fine": STEPS + 1, "overloaded": 6}
 WEIGHTS_BYTES = {"fine": 1008, "overloaded": 8008}
 STATE_BYTES = 80
 
@@ -52,8 +62,11 @@ def _rows(load, targets, died):
     generator = np.random.default_rng(7)
     message = 0
     sent = dict.fromkeys(PLACES, 0)
+    offered = []
     for step in range(STEPS + 1):
         time_s = step / RATE_HZ
+        offered.append((time_s, sum(sent.values())))
+        skipped = step % SKIPPED_EVERY[load] == 0
         for number, target in enumerate(targets):
             offset = np.array([0.9, -1.1, 0.0]) * number
             true = _truth(step) + offset
@@ -64,6 +77,13 @@ def _rows(load, targets, died):
             for camera in seeing:
                 share = 0.02 + 0.004 * math.sin(step + len(camera))
                 yield ViewRow(time_s, camera, target, share * 76_800, share)
+            if skipped:
+                for camera in PLACES:
+                    if camera.startswith("c"):
+                        detail = f"frame {step}: no state of {target} for it"
+                        yield EventRow(time_s + 0.25, camera, "frame_unused", detail)
+                yield _estimate(generator, step, target, true, "skipped", 0, 0)
+                continue
             yield MessageRow(
                 message, "state", "base", "c1", time_s, time_s + 0.004, STATE_BYTES, 1, 1, "delivered"
             )
@@ -104,16 +124,30 @@ def _rows(load, targets, died):
                     outcome,
                 )
                 message += 1
-            spread = 0.035 if heard else 0.4
-            believed = true + generator.normal(0, spread, 3)
-            yield EstimateRow(
-                time_s, time_s + 0.2 + 0.01 * (step % 3), "base", target, *believed.tolist(), 0.5, 0.1, 0.0,
-                spread**2, 0.0, 0.0, spread**2, 0.0, spread**2, 1.0, 0.0, 0.0, 0.0, len(seeing), int(heard),
-                "update" if heard else "prediction",
-            )  # fmt: skip
+            kind = ("update" if heard else "timed_out") if seeing else "unasked"
+            yield _estimate(generator, step, target, true, kind, len(seeing), int(heard))
         if step % 9 == 4:
             yield EventRow(time_s, "c3", "frame_skipped", f"frame {step}: the processor was busy")
-    yield from _node_rows(load, sent, died)
+    offered.append((SIMULATED_S, sum(sent.values())))
+    nodes = list(_node_rows(load, sent, died))
+    yield from nodes
+    yield from _load_rows(offered, sum(row.mac_tx_bytes for row in nodes if isinstance(row, NodeRow)))
+
+
+def _estimate(generator, step, target, true, kind, asked, heard):
+    time_s, spread = step / RATE_HZ, 0.035 if kind == "update" else 0.4
+    believed = true + generator.normal(0, spread, 3)
+    return EstimateRow(
+        time_s, time_s + 0.2 + 0.01 * (step % 3), "base", target, *believed.tolist(), 0.5, 0.1, 0.0,
+        spread**2, 0.0, 0.0, spread**2, 0.0, spread**2, 1.0, 0.0, 0.0, 0.0, asked, heard, kind,
+    )  # fmt: skip
+
+
+def _load_rows(offered, mac_bytes):
+    """Let the bytes on the air grow as those that were offered did, to their total."""
+    _, total = offered[-1]
+    for time_s, app_bytes in offered:
+        yield LoadRow(time_s, app_bytes, mac_bytes * app_bytes // total)
 
 
 def _node_rows(load, sent, died):
@@ -183,8 +217,9 @@ def synthetic_run(tmp_path_factory):
         }
         tables["steps"] = steps_table(tables["truth"], tables["estimates"], tables["views"], cameras)
         figures = summary(
-            steps=tables["steps"], nodes=tables["nodes"], messages=tables["messages"], base="base",
-            step_s=1 / RATE_HZ, lost_above_m=1.6, channel_bps=250_000.0, simulated_s=SIMULATED_S, wall_s=3.2,
+            steps=tables["steps"], nodes=tables["nodes"], messages=tables["messages"], load=tables["load"],
+            base="base", step_s=1 / RATE_HZ, lost_above_m=dict.fromkeys(targets, 1.6), channel_bps=250_000.0,
+            simulated_s=SIMULATED_S, wall_s=3.2,
         )  # fmt: skip
         return SyntheticRun(tables, figures, cameras, SIZE_M)
 

@@ -72,7 +72,8 @@ class EstimateRow:
     heard: int
     """Cameras whose contribution is in the estimate."""
     kind: str
-    """`update` from measurements, or `prediction` where none arrived."""
+    """`update` from measurements; without any: `timed_out` (asked, none arrived in time), `unasked` (no
+    camera has the target in view), `skipped` (the tracker was still busy with an earlier step)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +143,16 @@ class MessageRow:
 
 
 @dataclass(frozen=True, slots=True)
+class LoadRow:
+    """What all nodes together have sent by a sampling instant, and at the end of the run."""
+
+    table: ClassVar[str] = "load"
+    time_s: float
+    app_tx_bytes: int
+    mac_tx_bytes: int
+
+
+@dataclass(frozen=True, slots=True)
 class EventRow:
     """A death, a skipped frame, a stale message: what is worth telling."""
 
@@ -168,7 +179,9 @@ class FrameRow:
     outcome: str
 
 
-Row: TypeAlias = TruthRow | ViewRow | EstimateRow | NodeRow | EnergyRow | MessageRow | EventRow | FrameRow
+Row: TypeAlias = (
+    TruthRow | ViewRow | EstimateRow | NodeRow | EnergyRow | MessageRow | LoadRow | EventRow | FrameRow
+)
 
 ROW_TYPES: tuple[type[Row], ...] = (
     TruthRow,
@@ -177,6 +190,7 @@ ROW_TYPES: tuple[type[Row], ...] = (
     NodeRow,
     EnergyRow,
     MessageRow,
+    LoadRow,
     EventRow,
     FrameRow,
 )
@@ -198,3 +212,25 @@ class MemorySink:
     def write(self, row: Row) -> None:
         """Append the row."""
         self.rows.append(row)
+
+
+class Outlet:
+    """A sink that passes rows on to another, which it is connected to when the run begins."""
+
+    def __init__(self) -> None:
+        self._sink: Sink | None = None
+
+    def connect(self, sink: Sink) -> None:
+        """Pass rows on to `sink` from now on."""
+        self._sink = sink
+
+    def write(self, row: Row) -> None:
+        """Pass on one row.
+
+        Raises
+        ------
+        RuntimeError : nothing is connected
+        """
+        if self._sink is None:
+            raise RuntimeError("a record was written before the run began")
+        self._sink.write(row)

@@ -74,13 +74,49 @@ def test_a_folder_with_another_run_is_refused_without_force(scenario: Path, tmp_
 
 
 def test_an_expectation_that_fails_is_exit_code_3_and_named(scenario: Path, tmp_path: Path) -> None:
-    expect = ("--set", "expect={position_error_mean_m: '< 1e-9', steps: '== 4', motp_m: '< 1'}")
+    wishes = "position_error_mean_m: '< 1e-9', steps: '== 4', lifetime_first_death_s: '< 1'"
+    expect = ("--set", f"expect={{{wishes}}}")
     done = wsnsim("run", scenario, *SHORT, *expect, "--out", tmp_path / "r", "--json")
     assert done.returncode == 3
     assert "position_error_mean_m < 1e-9: NOT met, got 0." in done.stderr
-    assert "motp_m < 1: NOT met, no such figure" in done.stderr
+    assert "lifetime_first_death_s < 1: NOT met, this run has no such figure" in done.stderr
     assert [e["met"] for e in json.loads(done.stdout)["expectations"]] == [False, True, False]
     assert (tmp_path / "r" / "report.html").exists()
+    noted = json.loads((tmp_path / "r" / "manifest.json").read_text())["expectations"]
+    assert [line.split(":")[1].split(",")[0].strip() for line in noted] == ["NOT met", "met", "NOT met"]
+
+
+def test_an_expectation_of_no_figure_is_refused_before_the_run(scenario: Path, tmp_path: Path) -> None:
+    for command in ("validate", "run"):
+        done = wsnsim(command, scenario, "--set", "expect.position_eror_mean_m='< 1'", cwd=tmp_path)
+        assert done.returncode == 2
+        assert 'did you mean "position_error_mean_m"' in done.stderr
+    assert not (tmp_path / "runs").exists()
+
+
+def test_what_cannot_be_built_is_told_all_at_once(scenario: Path, tmp_path: Path) -> None:
+    (tmp_path / "broken.jpg").write_bytes(b"no picture")
+    done = wsnsim(
+        "validate",
+        scenario,
+        *("--set", f"cameras[c1].background={tmp_path / 'broken.jpg'}"),
+        *("--set", f"cameras[c2].background={tmp_path / 'broken.jpg'}"),
+        *("--set", "motes.base.position_m=[900, 0, 1]"),
+    )
+    assert done.returncode == 2
+    for what in ("cameras[0].background", "cameras[1].background", "every node must reach"):
+        assert what in done.stderr
+
+
+def test_nothing_measured_is_warned_of_and_is_lost(scenario: Path, tmp_path: Path) -> None:
+    away = {"c1": [-9, 0, 3], "c2": [99, 0, 3], "c3": [99, 8, 3], "c4": [-9, 8, 3]}
+    looks = (word for name, to in away.items() for word in ("--set", f"cameras[{name}].look_at_m={to}"))
+    done = wsnsim("run", scenario, *SHORT, *looks, cwd=tmp_path)
+    assert done.returncode == 0
+    assert "nothing was measured" in done.stderr
+    folder = tmp_path / "runs" / "quickstart-seed1"
+    assert json.loads((folder / "summary.json").read_text())["lost_fraction"] == 1.0
+    assert "No camera saw a target at any step" in (folder / "report.html").read_text()
 
 
 def test_every_problem_of_a_scenario_at_once(tmp_path: Path) -> None:
@@ -148,7 +184,14 @@ def test_usage_errors_are_exit_code_2(arguments: tuple[str, ...], says: str, tmp
     assert "Traceback" not in done.stderr
 
 
-def test_ctrl_c_leaves_an_interrupted_run_that_says_so(scenario: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("number", "records"),
+    [(signal.SIGINT, 20_000), (signal.SIGINT, 90_000), (signal.SIGINT, 160_000), (signal.SIGTERM, 50_000)],
+)
+def test_a_run_that_is_stopped_says_so_and_keeps_its_records(
+    scenario: Path, tmp_path: Path, number: signal.Signals, records: int
+) -> None:
+    """Wherever the signal finds it, in compiled code too; SIGTERM is what batch systems send."""
     folder = tmp_path / "r"
     child = subprocess.Popen(
         [
@@ -167,11 +210,11 @@ def test_ctrl_c_leaves_an_interrupted_run_that_says_so(scenario: Path, tmp_path:
     )
     patience = time.monotonic() + 60
     wal = folder / "results.sqlite-wal"
-    while not (wal.exists() and wal.stat().st_size > 50_000):
+    while not (wal.exists() and wal.stat().st_size > records):
         assert child.poll() is None
         assert time.monotonic() < patience
         time.sleep(0.05)
-    child.send_signal(signal.SIGINT)
+    child.send_signal(number)
     _, said = child.communicate(timeout=30)
     assert child.returncode == 130
     assert "Interrupted" in said
@@ -180,7 +223,7 @@ def test_ctrl_c_leaves_an_interrupted_run_that_says_so(scenario: Path, tmp_path:
     assert {file.name for file in folder.iterdir()} == {"manifest.json", "scenario.yaml", "results.sqlite"}
     from wsnsim.store.reader import RunStore
 
-    assert len(RunStore(folder / "results.sqlite").table("estimates")) > 10
+    assert len(RunStore(folder / "results.sqlite").table("estimates")) > 5
 
 
 def test_a_run_that_fails_is_exit_code_1_and_marked(tmp_path: Path, scenario: Path) -> None:

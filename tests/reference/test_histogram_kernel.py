@@ -179,3 +179,18 @@ def test_no_particles_and_an_empty_region():
     assert not fast(bins, bins, hidden, *q, box=(0, 0, 0, 0)).any()
     histograms = kernel_histogram(bins, bins, 0, 0, np.zeros(2), np.eye(2), COLOURS, TEXTURES)
     assert not np.concatenate(histograms).any()
+
+
+def test_ellipses_that_are_no_numbers_are_nowhere():
+    """A NaN must never become an index: such particles are passed over, the others are not touched."""
+    colour, texture = np.zeros((20, 30), np.int16), np.zeros((20, 30), np.int16)
+    centres = np.array([[np.nan, 5.0], [15.0, 10.0], [15.0, 10.0], [1e300, 5.0], [15.0, 10.0]])
+    shapes = np.array([np.eye(2), np.full((2, 2), np.nan), np.eye(2) * 1e300, np.eye(2), np.eye(2) / 16.0])
+    one = np.ones(1)
+    result = particle_histogram_similarities(
+        colour, texture, 0, 0, 30, 20, centres, shapes, np.ones(5, np.bool_), one, one
+    )
+    for values in result:
+        np.testing.assert_array_equal(values[[0, 1, 3]], 0.0)
+        assert np.isfinite(values).all()
+    assert result[2][4] == 1.0

@@ -70,9 +70,18 @@ def test_images_do_not_depend_on_tracker_or_radio(scenarios: Path) -> None:
 
 def test_the_python_api_gives_summary_and_tables(first: Path, quickstart: Run) -> None:
     assert quickstart.summary["steps"] == 48
-    assert {"truth", "estimates", "steps", "nodes", "messages", "events", "energy", "views", "frames"} == set(
-        quickstart.tables
-    )
+    assert {
+        "truth",
+        "estimates",
+        "steps",
+        "load",
+        "nodes",
+        "messages",
+        "events",
+        "energy",
+        "views",
+        "frames",
+    } == set(quickstart.tables)
     assert len(quickstart.steps) == 48
     assert list(quickstart.nodes["node"]) == ["c1", "c2", "c3", "c4", "relay", "base"]
     assert quickstart.met

@@ -4,7 +4,7 @@ import pytest
 
 from wsnsim.metrics.conservation import violations
 
-SIMULATED_S = 9.0
+SIMULATED_S = 9.25
 
 
 @pytest.mark.parametrize("load", ["fine", "overloaded"])
@@ -30,7 +30,15 @@ def changed(tables, table, row, **values):
         ("nodes", 0, {"energy_cpu_j": 1.0}, "node c1: energy_cpu_j is 1.0, its causes add up to"),
         ("nodes", 0, {"battery_left_j": 18_000.0}, "node c1: 18720.0 J stored and harvested, but"),
         ("nodes", 0, {"died_at_s": 8.9}, "node c1: received a message at 9.004 s, after its death at 8.9 s"),
-        ("energy", 0, {"seconds": 9.1}, "was on for"),
+        ("energy", 0, {"seconds": 9.1}, "node c1: its board was on for 9.1 s, not the 9.25 s it lived"),
+        ("energy", 1, {"component": "camera"}, "node c1: its cpu was on for 5.55 s, not the 9.25 s it lived"),
+        ("energy", 4, {"seconds": 9.3}, "node c1: its radio was on for"),
+        ("energy", 1, {"seconds": 3.6}, "node c1: cpu_busy_s is 3.7, its processor worked 3.6 s"),
+        ("nodes", 0, {"cpu_busy_s": 3.8}, "node c1: cpu_busy_s is 3.8, its processor worked 3.7 s"),
+        ("load", 5, {"app_tx_bytes": 0}, "load: app_tx_bytes decreases"),
+        ("load", 5, {"mac_tx_bytes": 0}, "load: mac_tx_bytes decreases"),
+        ("load", 37, {"mac_tx_bytes": 10**7}, "load: mac_tx_bytes ends at 10000000, the nodes sent"),
+        ("nodes", 0, {"mac_tx_bytes": 0}, "load: mac_tx_bytes ends at"),
         ("energy", 0, {"cause": "unheard of", "component": "radio"}, "its causes add up to"),
     ],
 )
@@ -40,8 +48,22 @@ def test_each_law_is_checked(synthetic_run, table, row, values, sentence):
     assert any(sentence in violation for violation in found), found
 
 
-def test_a_billionth_of_energy_is_noticed(synthetic_run):
+@pytest.mark.parametrize(("table", "column"), [("nodes", "energy_cpu_j"), ("energy", "seconds")])
+def test_a_hundred_millionth_is_noticed_and_rounding_is_not(synthetic_run, table, column):
     tables = synthetic_run().tables
-    cpu_j = tables["nodes"]["energy_cpu_j"][0]
-    assert violations(changed(tables, "nodes", 0, energy_cpu_j=cpu_j * (1 + 1e-12)), SIMULATED_S) == []
-    assert violations(changed(tables, "nodes", 0, energy_cpu_j=cpu_j * (1 + 1e-8)), SIMULATED_S) != []
+    value = tables[table][column][0]
+    assert violations(changed(tables, table, 0, **{column: value * (1 + 1e-12)}), SIMULATED_S) == []
+    assert violations(changed(tables, table, 0, **{column: value * (1 + 1e-8)}), SIMULATED_S) != []
+
+
+def test_a_run_without_load_is_no_run(synthetic_run):
+    tables = synthetic_run().tables
+    assert violations({**tables, "load": tables["load"].head(0)}, SIMULATED_S) == ["load: no row was written"]
+
+
+def test_a_component_that_left_no_trace_is_missed(synthetic_run):
+    tables = synthetic_run().tables
+    energy = tables["energy"]
+    boardless = energy[(energy["node"] != "c1") | (energy["component"] != "board")]
+    found = violations({**tables, "energy": boardless}, SIMULATED_S)
+    assert "node c1: its board was on for 0.0 s, not the 9.25 s it lived" in found

@@ -78,7 +78,7 @@ def test_a_camera_with_the_estimate_behind_it_does_not_count():
 
 def test_a_revision_replaces_what_was_said_before_even_if_it_stands_first():
     late = (1 / 3, 0.9, "box", 10, 0.0, 0, 2, 2, "update")
-    early = (1 / 3, 0.4, "box", 10, 3.0, 0, 2, 0, "prediction")
+    early = (1 / 3, 0.4, "box", 10, 3.0, 0, 2, 0, "timed_out")
     for rows in ([late, early], [early, late]):
         frame = table(rows)
         assert len(frame) == 3

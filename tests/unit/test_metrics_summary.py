@@ -8,18 +8,12 @@ import pytest
 
 from wsnsim.metrics.accuracy import accuracy
 from wsnsim.metrics.energy import ENERGY_COLUMNS, energy
+from wsnsim.metrics.figures import SUMMARY_KEYS
 from wsnsim.metrics.latency import latency
 from wsnsim.metrics.summary import summary
 from wsnsim.metrics.traffic import traffic
 
-CONTRACT = {
-    "position_error_mean_m", "position_error_median_m", "position_rmse_m", "reprojection_error_mean_px",
-    "lost_fraction", "delivery_ratio", "app_bytes_per_step", "mac_bytes_per_step", "bandwidth_mean_bps",
-    "bandwidth_peak_bps", "base_ingress_bytes_per_step", "latency_p50_s", "latency_p95_s", "missed_deadlines",
-    "energy_total_j", "energy_per_step_j", "energy_max_node_j", "cpu_cycles_per_step",
-    "lifetime_first_death_s", "lifetime_first_death_extrapolated_s", "steps", "simulated_s", "wall_s",
-    "offered_bps", "channel_bps", "images_skipped",
-}  # fmt: skip
+Q_SEEN = (0, "q", 9.0, math.nan, 0.2, "update")
 
 
 def steps(rows):
@@ -30,28 +24,91 @@ def steps(rows):
 STEPS = steps(
     [
         (1, "p", 1.0, 2.0, 0.1, "update"),
-        (1, "q", 2.0, math.nan, 0.2, "prediction"),
+        (1, "q", 2.0, math.nan, 0.2, "timed_out"),
         (2, "p", 1.5, 4.0, 0.3, "update"),
         (2, "q", math.nan, math.nan, math.nan, None),
     ]
 )
+LIMITS_M = {"p": 1.5, "q": 1.5}
+
+
+SEEN = pd.concat([steps([Q_SEEN]), STEPS])
+"""The same, but q was measured once before."""
 
 
 def test_errors_and_lost_targets():
-    figures = accuracy(STEPS, lost_above_m=1.5)
+    figures = accuracy(STEPS, LIMITS_M)
     assert figures["position_error_mean_m"] == pytest.approx(1.5)
     assert figures["position_error_median_m"] == pytest.approx(1.5)
     assert figures["position_rmse_m"] == pytest.approx(math.sqrt((1 + 4 + 2.25) / 3))
     assert figures["reprojection_error_mean_px"] == 3.0
     assert figures["lost_fraction"] == 0.5
-    assert accuracy(STEPS, lost_above_m=1.49)["lost_fraction"] == 1.0
+    assert accuracy(STEPS, {"p": 1.49, "q": 1.5})["lost_fraction"] == 1.0
 
 
-def test_latency_and_steps_without_a_measurement():
-    figures = latency(STEPS)
-    assert figures["latency_p50_s"] == pytest.approx(0.2)
-    assert figures["latency_p95_s"] == pytest.approx(0.29)
-    assert figures["missed_deadlines"] == 2
+@pytest.mark.parametrize(
+    ("limits_m", "share"),
+    [
+        # the last errors there are: p 1.5 m at step 2, q 2.0 m at step 1
+        ({"p": 1.5, "q": 2.0}, 0.0),
+        ({"p": 1.5, "q": 1.9}, 0.5),
+        ({"p": 1.4, "q": 2.0}, 0.5),
+        ({"p": 1.4, "q": 1.9}, 1.0),
+        ({"p": 1.5, "q": 2.0, "a target of another run": 0.0}, 0.0),
+    ],
+)
+def test_each_target_is_judged_by_its_last_estimate_and_its_own_limit(limits_m, share):
+    assert accuracy(SEEN, limits_m)["lost_fraction"] == share
+
+
+def test_a_target_that_was_never_measured_is_lost_however_near_its_prediction():
+    near = STEPS.assign(error_m=0.0)
+    assert accuracy(near, {"p": 1.0, "q": 1.0})["lost_fraction"] == 0.5
+
+
+def test_the_last_estimate_is_that_of_the_last_step_in_whatever_order_they_stand():
+    backwards = SEEN.iloc[::-1].reset_index(drop=True)
+    assert accuracy(backwards, {"p": 1.2, "q": 2.0})["lost_fraction"] == 0.5
+
+
+def test_a_target_without_any_estimate_is_lost():
+    unseen = STEPS.assign(error_m=STEPS["error_m"].where(STEPS["target"] != "q"))
+    assert accuracy(unseen, {"p": 9.0, "q": math.inf})["lost_fraction"] == 0.5
+
+
+def test_a_target_without_a_limit_is_an_error():
+    with pytest.raises(KeyError, match="q"):
+        accuracy(STEPS, {"p": 1.5})
+
+
+KINDS = steps(
+    [
+        (1, "p", 0.1, 1.0, 0.1, "update"),
+        (2, "p", 0.1, 1.0, 0.9, "timed_out"),
+        (3, "p", 0.1, 1.0, 0.8, "skipped"),
+        (4, "p", 0.1, 1.0, 0.7, "skipped"),
+        (5, "p", 0.1, 1.0, 0.0, "unasked"),
+        (6, "p", 0.1, 1.0, 0.3, "update"),
+        (7, "p", math.nan, math.nan, math.nan, None),
+        (8, "p", math.nan, math.nan, math.nan, math.nan),
+        (9, "p", 0.1, 1.0, 0.6, "timed_out"),
+    ]
+)
+
+
+def test_latency_is_that_of_estimates_from_measurements():
+    figures = latency(KINDS)
+    assert figures["latency_p50_s"] == pytest.approx((0.1 + 0.3) / 2)
+    assert figures["latency_p95_s"] == pytest.approx(0.1 + 0.95 * 0.2)
+    blind = latency(KINDS[KINDS["kind"] != "update"])
+    assert (blind["latency_p50_s"], blind["latency_p95_s"]) == (None, None)
+
+
+def test_steps_without_a_measurement_are_counted_by_their_reason():
+    figures = latency(KINDS)
+    assert figures["missed_deadlines"] == 2 + 2  # timed out, and no estimate at all
+    assert figures["skipped_steps"] == 2
+    assert figures["unmeasured_steps"] == 9 - 2
 
 
 def messages():
@@ -79,33 +136,58 @@ def nodes():
     return pd.DataFrame([base, *motes])
 
 
-def measure_traffic(channel_bps):
-    return traffic(
-        messages(), nodes(), base="base", steps=2, step_s=0.5, channel_bps=channel_bps, simulated_s=1.0
-    )
+def load(*rows):
+    return pd.DataFrame(rows, columns=["time_s", "app_tx_bytes", "mac_tx_bytes"])
 
 
-def test_the_peak_is_never_above_what_the_channel_carries():
-    assert measure_traffic(channel_bps=1e6)["bandwidth_peak_bps"] == pytest.approx(8 * 430 * 190 / 200 / 0.5)
-    assert measure_traffic(channel_bps=5e3)["bandwidth_peak_bps"] == 5e3
-    assert measure_traffic(channel_bps=1e3)["bandwidth_peak_bps"] == 8 * 430
+LOAD = load((0.0, 10, 0), (0.5, 110, 130), (1.0, 200, 350), (1.25, 200, 430))
+
+
+def measure_traffic(message_rows=None, load_rows=LOAD):
+    sent = messages() if message_rows is None else message_rows
+    return traffic(sent, nodes(), load_rows, base="base", steps=2, step_s=0.5, simulated_s=1.25)
+
+
+def test_the_peak_is_measured_between_consecutive_rows():
+    # 130 and 220 bytes in half a second each, 80 in the last quarter: 260, 440 and 320 bytes a second
+    assert measure_traffic()["bandwidth_peak_bps"] == 8 * 440
+    # a short interval counts by its length: 80 bytes in an eighth of a second are 640 a second
+    hurried = LOAD.assign(time_s=[0.0, 0.5, 1.0, 1.125])
+    assert measure_traffic(load_rows=hurried)["bandwidth_peak_bps"] == 8 * 640
+    assert measure_traffic(load_rows=LOAD.head(1))["bandwidth_peak_bps"] is None
+
+
+def test_messages_to_the_base_and_all_others_are_told_apart():
+    figures = measure_traffic()
+    assert figures["delivery_ratio"] == pytest.approx(1 / 3)
+    assert figures["delivery_ratio_down"] == 1 / 2
+    fused = messages().replace({"outcome": {"in_flight": "fused"}})
+    assert measure_traffic(fused)["delivery_ratio"] == pytest.approx(2 / 3)
+    up = messages()["destination"] == "base"
+    assert measure_traffic(messages()[up])["delivery_ratio_down"] is None
+    assert measure_traffic(messages()[~up])["delivery_ratio"] is None
+
+
+def test_four_cameras_of_a_thousand_weights_offer_a_megabit():
+    rows = [(4 * k + c, f"c{c}", "base", k / 4, 8006, "delivered") for k in range(1, 37) for c in range(4)]
+    sent = pd.DataFrame(rows, columns=messages().columns)
+    figures = traffic(sent, nodes(), LOAD, base="base", steps=36, step_s=0.25, simulated_s=9.5)
+    assert figures["offered_bps"] == pytest.approx(4 * 4 * 8006 * 8)
+    assert figures["offered_bps"] == pytest.approx(1.025e6, rel=1e-3)
 
 
 def test_traffic():
-    figures = measure_traffic(channel_bps=None)
-    assert figures["offered_bps"] == 8 * 200
-    assert figures["delivery_ratio"] == 0.4
+    figures = measure_traffic()
+    assert figures["offered_bps"] == 8 * 200 / 1.0
     assert figures["app_bytes_per_step"] == 100
     assert figures["mac_bytes_per_step"] == 215
-    assert figures["bandwidth_mean_bps"] == 8 * 430
+    assert figures["bandwidth_mean_bps"] == 8 * 430 / 1.25
     assert figures["base_ingress_bytes_per_step"] == 50
-    # 190 of the 200 bytes are created in the second window of 0.5 s, the one a nanosecond early included.
-    assert figures["bandwidth_peak_bps"] == pytest.approx(8 * 430 * 190 / 200 / 0.5)
 
 
 def test_the_peak_is_never_below_the_mean(synthetic_run):
-    for load in ("fine", "overloaded"):
-        figures = synthetic_run(load).summary
+    for network in ("fine", "overloaded"):
+        figures = synthetic_run(network).summary
         assert figures["bandwidth_peak_bps"] >= figures["bandwidth_mean_bps"]
 
 
@@ -130,31 +212,35 @@ def test_a_mote_that_died_is_the_first_death():
 
 def test_the_contract_keys_and_no_nan(synthetic_run):
     figures = synthetic_run().summary
-    assert set(figures) == CONTRACT
+    assert set(figures) == SUMMARY_KEYS
     assert "NaN" not in json.dumps(figures, allow_nan=False)
     assert figures["steps"] == 36
     assert figures["lost_fraction"] == 0.0
     assert figures["position_error_mean_m"] == pytest.approx(0.035 * math.sqrt(8 / math.pi), rel=0.25)
 
 
-def test_float64_weights_of_four_cameras_offer_a_megabit(synthetic_run):
+def test_the_offered_load_of_a_run_is_that_of_its_messages_over_its_frames(synthetic_run):
     run = synthetic_run("overloaded")
     weights = run.tables["messages"]["kind"] == "weights"
-    expected = 8 * (run.tables["messages"]["bytes"][weights].sum() + 36 * 80) / 9.0
+    # at every sixth step nothing is asked; frames are taken for 9 of the 9.25 seconds
+    expected = 8 * (run.tables["messages"]["bytes"][weights].sum() + 30 * 80) / 9.0
     assert run.summary["offered_bps"] == pytest.approx(expected)
-    assert run.summary["offered_bps"] > 3 * run.summary["channel_bps"]
+    assert run.summary["offered_bps"] > 2 * run.summary["channel_bps"]
 
 
 def test_an_empty_run_has_no_figures_and_no_nan():
     empty = summary(
-        steps=STEPS.head(0), nodes=nodes().head(1), messages=messages().head(0), base="base", step_s=0.25,
-        lost_above_m=1.6, channel_bps=None, simulated_s=1.0, wall_s=0.1,
+        steps=STEPS.head(0), nodes=nodes().head(1), messages=messages().head(0), load=LOAD.head(0),
+        base="base", step_s=0.25, lost_above_m={}, channel_bps=None, simulated_s=1.0, wall_s=0.1,
     )  # fmt: skip
     json.dumps(empty, allow_nan=False)
     for key in (
         "position_error_mean_m",
         "lost_fraction",
         "delivery_ratio",
+        "delivery_ratio_down",
+        "offered_bps",
+        "bandwidth_peak_bps",
         "energy_per_step_j",
         "latency_p50_s",
     ):

@@ -11,6 +11,7 @@ from wsnsim.report import words
 from wsnsim.report.context import ReportContext
 from wsnsim.report.keyfigures import KEY_FIGURES
 from wsnsim.report.page import render, write_report
+from wsnsim.report.rows import event_rows
 
 VOID = {"meta", "link", "br", "img", "input", "hr"}
 
@@ -97,26 +98,29 @@ def test_the_words_hold_the_figures(make_context):
     text = plain(words.service(context))
     assert "The programs handed 107 kbit/s to the network" in text
     assert "43.0 % of the 250 kbit/s that the IEEE 802.15.4 channel carries" in text
-    assert "All messages arrived." in text
+    assert "All messages to the base station arrived. An estimate" in text
+    assert "203 kbit/s were sent on average and 255 kbit/s at the busiest" in text
+    assert "An estimate from measurements was there 210 ms after its images were taken" in text
     assert "J a step" in text
     assert "for its processor." in text
     assert "the first battery lasts 9.9" in text
     text = plain(words.information(context))
-    assert "The target was tracked to the end: the error at the last step was below 1.60 m." in text
+    assert "The target was tracked to the end: the error of its last estimate was below 1.60 m." in text
     assert "All 36 steps had a measurement" in text
+    assert "prediction" not in text
 
 
 def test_a_network_that_cannot_carry_it_is_told_first_and_in_figures(make_context):
     context = make_context(load="overloaded")
     verdict = plain(words.verdicts(context)[0])
-    missed = context.summary["missed_deadlines"]
-    assert missed > 0
+    unmeasured = context.summary["unmeasured_steps"]
+    assert unmeasured > context.summary["missed_deadlines"] > 0
     assert verdict.startswith(
-        "The network could not carry it: 835 kbit/s were offered to a channel of 250 kbit/s."
+        "The network could not carry it: 700 kbit/s were offered to a channel of 250 kbit/s."
     )
-    assert "13.7 % of the weights messages and 100 % of the state messages arrived" in verdict
-    assert f"{missed} of 36 steps had no measurement at all." in verdict
-    assert "a queue on the way was full" in verdict
+    assert "7.1 % of the weights messages and 100 % of the state messages arrived" in verdict
+    assert f"{unmeasured} of 36 steps had no measurement at all." in verdict
+    assert "What became of most lost weights messages (54.9 %): the channel was busy at every try." in verdict
     assert render(context).index("could not carry it") < render(context).index("Key figures")
 
 
@@ -139,13 +143,77 @@ def test_the_load_of_a_run_that_measures_everything_is_told(make_context):
 
 def test_a_run_without_any_measurement_is_told(make_context):
     context = make_context()
-    blind = dataclasses.replace(context, summary={**context.summary, "missed_deadlines": 36})
-    assert "None of 36 steps had a measurement" in plain(words.information(blind))
+    blind = changed(context, unmeasured_steps=36, latency_p50_s=None, latency_p95_s=None)
+    assert "None of 36 steps had a measurement." in plain(words.information(blind))
+    assert "This is the error of a prediction, not of a measurement." in plain(words.information(blind))
+    assert "An estimate from measurements" not in words.service(blind)
+    assert "nan" not in plain(words.service(blind)).lower()
+
+
+def changed(context, **figures):
+    return dataclasses.replace(context, summary={**context.summary, **figures})
+
+
+@pytest.mark.parametrize(
+    ("skipped", "sentence"),
+    [
+        (0, None),
+        (1, "1 of them was passed over because an earlier step took too long."),
+        (3, "3 of them were passed over because an earlier step took too long."),
+        (5, "All of them were passed over because an earlier step took too long."),
+    ],
+)
+def test_steps_that_were_passed_over_are_explained(make_context, skipped, sentence):
+    text = plain(words.information(changed(make_context(), unmeasured_steps=5, skipped_steps=skipped)))
+    assert "5 of 36 steps (13.9 %) had no measurement at all." in text
+    assert text.endswith(sentence) if sentence else "passed over" not in text
+
+
+def test_the_error_of_a_prediction_is_called_so_when_most_estimates_are_one(make_context):
+    mostly = "For the most part this is the error of a prediction, not of a measurement."
+    context = make_context()
+    assert mostly not in words.information(changed(context, unmeasured_steps=18))
+    assert mostly in words.information(changed(context, unmeasured_steps=19))
+    # ten steps without any estimate add nothing to the error: 14 predictions among 26 estimates do
+    steps = context.tables["steps"].copy()
+    steps.loc[:9, "error_m"] = float("nan")
+    gaps = dataclasses.replace(context, tables={**context.tables, "steps": steps})
+    assert mostly not in words.information(changed(gaps, unmeasured_steps=23))
+    assert mostly in words.information(changed(gaps, unmeasured_steps=24))
+
+
+def test_delivery_is_told_of_messages_to_the_base_and_of_those_from_it_if_some_are_lost(make_context):
+    context = make_context()
+    assert "from it" not in words.service(context)
+    poor = plain(words.service(changed(context, delivery_ratio=0.25, delivery_ratio_down=0.5)))
+    assert "25.0 % of the messages to the base station arrived. Of the messages from it, 50.0 %" in poor
+    deaf = plain(words.service(changed(context, delivery_ratio=0.0)))
+    assert "None of the messages to the base station arrived." in deaf
+    silent = words.service(changed(context, delivery_ratio=None, delivery_ratio_down=None))
+    assert "arrived" not in silent
+
+
+def test_the_base_station_is_on_mains_only_without_a_battery(make_context):
+    context = make_context()
+    assert "The base station is on mains and not shown." in render(context)
+    nodes = context.tables["nodes"].copy()
+    nodes.loc[nodes["role"] == "base", ["battery_capacity_j", "battery_left_j"]] = 100.0, 50.0
+    page = render(dataclasses.replace(context, tables={**context.tables, "nodes": nodes}))
+    assert "The base station is on a battery of its own and not shown." in page
+    assert "mains" not in "".join(check(page).text)
+
+
+def test_events_are_counted_and_explained(make_context):
+    rows = event_rows(make_context(load="overloaded"))
+    assert [row[:2] for row in rows] == [
+        ("images that were not taken because the processor or the imager was still busy", "4"),
+        ("images that no state arrived for, or that the base station passed over", "24"),
+    ]
 
 
 def test_a_fine_network_gets_no_verdict_but_a_slow_processor_does(make_context):
     (verdict,) = words.verdicts(make_context())
-    assert "The processor of c3 was too slow: 4 images were skipped" in plain(verdict)
+    assert "c3 could not keep up: 4 images were skipped" in plain(verdict)
 
 
 def test_a_dead_mote_is_told(make_context):
@@ -155,10 +223,19 @@ def test_a_dead_mote_is_told(make_context):
 
 def test_a_lost_target_is_told(make_context):
     context = make_context()
-    lost = dataclasses.replace(context, summary={**context.summary, "lost_fraction": 1.0})
-    assert "The target was lost: the error at the last step was above 1.60 m." in plain(
-        words.information(lost)
-    )
+    lost = plain(words.information(changed(context, lost_fraction=1.0)))
+    assert "The target was lost: the error of its last estimate was above 1.60 m." in lost
+    steps = context.tables["steps"].copy()
+    steps.loc[35, "error_m"] = float("nan")
+    ended = dataclasses.replace(context, tables={**context.tables, "steps": steps})
+    assert "The target was not lost: the error of its last estimate was below" in words.information(ended)
+
+
+def test_lost_targets_are_counted(make_context):
+    context = make_context(targets=("box", "cart"))
+    assert "Both targets were tracked to the end:" in words.information(context)
+    half = plain(words.information(changed(context, lost_fraction=0.5)))
+    assert "1 of 2 targets was lost: the last estimate was further off" in half
 
 
 def test_an_ideal_network_has_no_limit(make_context):
@@ -219,7 +296,7 @@ def test_steps_without_a_measurement_are_marked(make_context):
     context = make_context(load="overloaded")
     figure = figures(render(context))["timeline"]
     marked = next(trace for trace in figure["data"] if trace["name"] == "no measurement")
-    assert len(marked["x"]) == context.summary["missed_deadlines"]
+    assert len(marked["x"]) == context.summary["unmeasured_steps"]
     heard = next(trace for trace in figure["data"] if trace["name"] == "heard in time")
     assert heard["y"] == context.tables["steps"]["heard"].tolist()
 
@@ -237,7 +314,7 @@ def test_bars_add_up_to_what_each_mote_drew(make_context):
         row = nodes.loc[node]
         assert joules == pytest.approx(row["battery_capacity_j"] - row["battery_left_j"], rel=1e-5)
     offered = next(trace for trace in shown["bandwidth"]["data"] if trace["name"] == "offered by its program")
-    assert offered["x"][0] == pytest.approx(nodes["app_tx_bytes"]["c1"] * 8 / 9000, abs=1e-3)
+    assert offered["x"][0] == pytest.approx(nodes["app_tx_bytes"]["c1"] * 8 / 9250, abs=1e-3)
 
 
 def test_a_run_in_which_nothing_happened_still_has_a_report(make_context):

@@ -132,12 +132,12 @@ seed: 4
         "s.yaml:4:13: duration_s: must be a finite number, got nan",
         "s.yaml:6:11: world.size_m: must have exactly 3 items, got 2",
         "s.yaml:7:20: world.light.ambient: must be at most 1, got 1.5",
-        "s.yaml:7:36: world.light.direction: must be a direction, got all zeros",
+        "s.yaml:7:36: world.light.direction: must be a direction of length 1e-06 or more, got [0.0, 0.0, 0.0]",
         's.yaml:10:21: world.targets[0].shape.kind: must be "ellipsoid", got "ellipsoide"; did you mean "ellipsoid"?',
         "s.yaml:11:43: world.targets[0].motion.points_m: must have at least 1 item, got 0",
         's.yaml:11:47: world.targets[0].motion.speed: unknown key; did you mean "speed_mps"?',
         's.yaml:12:11: world.targets[1].id: must be a name of its own, got "box", which world.targets[0].id has too',
-        "s.yaml:13:52: world.targets[1].shape.semi_axes_m[1]: must be greater than 0, got 0",
+        "s.yaml:13:52: world.targets[1].shape.semi_axes_m[1]: must be at least 0.001, got 0",
         "s.yaml:13:71: world.targets[1].shape.texture: colours must be at most patches, got 19 and 18",
         's.yaml:14:38: world.targets[1].motion.file: must be a file that exists, got "HERE/trak.csv"; '
         'did you mean "track.csv"?',
@@ -363,7 +363,7 @@ def test_faults_of_the_command_line_name_the_argument(problems):
         '--set cameras[c9].id=3: cameras: must have an item with the id "c9"; it has "c1"',
         "--seed -4: seed: must be at least 0, got -4",
         "--set world.light={ambient: 2}: world.light.ambient: must be at most 1, got 2",
-        "--set cameras[c1].focal_px=-3: cameras[0].focal_px: must be greater than 0, got -3",
+        "--set cameras[c1].focal_px=-3: cameras[0].focal_px: must be at least 1, got -3",
         '--set netwrk.mac.min_be=3: netwrk: unknown key; did you mean "network"?',
         '--set motes.nodes=[{id: r1}]: motes.nodes[0].position_m: must be given: no camera is named "r1", '
         "so it is a relay",

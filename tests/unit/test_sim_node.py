@@ -91,8 +91,7 @@ def test_inputs_wait_for_the_processor_and_come_in_order() -> None:
     assert script.seen == [(1.0, "frame 1"), (2.0, "payload"), (2.0, "frame 2")]
     # what a step says takes effect when its work is done
     assert bench.events() == [(2.0, "looked"), (3.0, "looked")]
-    assert to_s(bench.node.cpu_busy_ns) == 2.0
-    assert bench.node.cpu_cycles == pytest.approx(2 * PLATFORM.clock_hz)
+    assert bench.power.ledger.seconds(to_ns(10.0))["cpu", "work"] == 2.0
 
 
 def test_the_processors_joules_are_its_powers_times_its_times() -> None:
@@ -120,6 +119,7 @@ def test_a_battery_that_empties_stops_the_node_at_that_instant() -> None:
     capacity = idle_w * 1.0 + work_w * 0.25
     script = Script(ONE_SECOND)
     bench = Bench(script, capacity)
+    bench.node.start()
     bench.at(1.0, lambda: bench.node.take_frame(frame(1)))
     bench.at(1.1, lambda: bench.node.take_message(Received("m", None)))  # type: ignore[arg-type]
     bench.at(3.0, lambda: bench.node.take_frame(frame(2)))
@@ -127,10 +127,10 @@ def test_a_battery_that_empties_stops_the_node_at_that_instant() -> None:
     assert bench.deaths == [pytest.approx(1.25, abs=2e-9)]
     assert bench.node.died_at_s == bench.deaths[0]
     assert not bench.node.alive
-    assert script.seen == [(1.0, "frame 1")]
+    assert script.seen == [(0.0, "start"), (1.0, "frame 1")]
     assert bench.events() == [(bench.deaths[0], "death")]  # the work it died over says nothing
-    assert to_s(bench.node.cpu_busy_ns) == pytest.approx(0.25, abs=2e-9)
     ledger = bench.power.ledger
+    assert ledger.seconds(to_ns(10.0))["cpu", "work"] == pytest.approx(0.25, abs=2e-9)
     assert ledger.total_drawn_j(to_ns(10.0)) == pytest.approx(capacity, rel=1e-12)
     assert ledger.left_j(to_ns(10.0)) == pytest.approx(0.0, abs=1e-12)
 
@@ -147,6 +147,7 @@ def test_an_empty_battery_never_starts() -> None:
 def test_watching_the_battery_costs_few_events() -> None:
     """A lifetime of days at constant power is found in a handful of looks, not by polling."""
     bench = Bench(Script(), 18_720.0)
+    bench.node.start()
     looks = 0
     while bench.env.peek() < 1e9 * NS_PER_S:
         bench.env.step()
@@ -164,3 +165,51 @@ def test_a_program_that_fails_is_named_with_time_and_node() -> None:
     bench.node.start()
     with pytest.raises(SimulationError, match=r"t = 0\.500000 s: node 'n': .*by a user's tracker"):
         bench.run(1.0)
+
+
+@pytest.mark.parametrize("fault", ["nothing", "work", "send"])
+def test_a_program_that_answers_nonsense_is_named_too(fault: str) -> None:
+    class Nonsense(Script):
+        def on_payload(self, ctx: Context, message: Received) -> Step:
+            if fault == "work":
+                return Step(work=Work(int_ops=float("nan")))
+            return None if fault == "nothing" else Step(sends=(Send("n", None),))  # type: ignore[return-value,arg-type]
+
+    bench = Bench(Nonsense())
+
+    def refuse(send: Send) -> None:
+        raise AttributeError("a payload that cannot be encoded")
+
+    bench.node._send = refuse  # the network's side of the bench
+    bench.at(0.5, lambda: bench.node.take_message(Received("m", None)))  # type: ignore[arg-type]
+    with pytest.raises(SimulationError, match=r"t = 0\.500000 s: node 'n': the program failed"):
+        bench.run(1.0)
+
+
+def test_a_thousand_inputs_that_cost_nothing_are_taken_in_turn() -> None:
+    script = Script(ONE_SECOND)
+    bench = Bench(script)
+    bench.at(0.0, lambda: bench.node.take_frame(frame(1)))
+    for k in range(1000):
+        bench.at(0.5 + k * 1e-4, lambda: bench.node.take_message(Received("m", None)))  # type: ignore[arg-type]
+    bench.run(2.0)
+    assert script.seen[1:] == [(1.0, "payload")] * 1000
+
+
+def test_work_that_the_end_of_the_run_cuts_off_counts_as_far_as_it_went() -> None:
+    bench = Bench(Script(ONE_SECOND))
+    bench.at(1.0, lambda: bench.node.take_frame(frame(1)))
+    bench.run(1.25)
+    assert bench.power.ledger.seconds(to_ns(1.25))["cpu", "work"] == 0.25
+
+
+def test_power_that_rises_in_the_last_instant_does_not_put_off_the_death() -> None:
+    """The battery is empty 300 ns after the work began: death is booked there, not at the next look."""
+    idle_w = PLATFORM.board_w + PLATFORM.cpu_idle_w + IMAGERS["cmos"].idle_w()
+    bench = Bench(Script(ONE_SECOND), idle_w * (1.0 + 600e-9))
+    bench.node.start()
+    bench.at(1.0, lambda: bench.node.take_frame(frame(1)))
+    bench.run(2.0)
+    busy_w = idle_w - PLATFORM.cpu_idle_w + PLATFORM.cpu_active_w
+    assert bench.node.died_at_s == pytest.approx(1.0 + 600e-9 * idle_w / busy_w, abs=2e-9)
+    assert bench.power.ledger.left_j(to_ns(2.0)) == pytest.approx(0.0, abs=1e-15)

@@ -58,9 +58,7 @@ def wsnsim() -> None:
 def main() -> None:
     """Run the command line and leave with its exit code."""
     try:
-        wsnsim.main(standalone_mode=False)
-    except click.exceptions.Exit as stop:
-        sys.exit(stop.exit_code)
+        code = wsnsim.main(standalone_mode=False)
     except click.ClickException as error:
         error.show()
         sys.exit(USAGE)
@@ -75,11 +73,15 @@ def main() -> None:
     except WsnsimError as error:
         _say(f"Error: {error}")
         sys.exit(USAGE if isinstance(error, OutputFolderError) else FAILED)
-    except BrokenPipeError:
-        # whoever read our output has left: nothing more to say, and no traceback on the way out
+    except OSError as error:
+        # nobody reads our output any more, or it has nowhere to go: no traceback on the way out
         sys.stdout = None
+        if isinstance(error, BrokenPipeError):
+            sys.exit(FINE)
+        _say(f"Error: {error}")
         sys.exit(FAILED)
-    sys.exit(FINE)
+    # click hands back what a command or `ctx.exit` returned
+    sys.exit(code if isinstance(code, int) else FINE)
 
 
 def _say(text: str) -> None:

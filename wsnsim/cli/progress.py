@@ -16,7 +16,7 @@ _QUIET_S = 5.0
 @contextmanager
 def progress(title: str, quiet: bool) -> Iterator[Progress | None]:
     """Give a function to report steps to; None when nothing is to be shown."""
-    if quiet:
+    if quiet or sys.stderr is None:
         yield None
     elif sys.stderr.isatty():
         with _bar(title) as report:
@@ -44,15 +44,23 @@ def _bar(title: str) -> Iterator[Progress]:
 
 
 class _Lines:
-    """Says how far a run is every few seconds."""
+    """Says how far a run is every few seconds.
+
+    The time left is judged from the second step on: the first one may compile kernels.
+    """
 
     def __init__(self, title: str) -> None:
         self._title = title
-        self._began = self._said = time.monotonic()
+        self._said = time.monotonic()
+        self._second: float | None = None
 
     def __call__(self, done: int, total: int) -> None:
         now = time.monotonic()
-        if done and now - self._said >= _QUIET_S:
+        if done < 2:
+            return
+        if self._second is None:
+            self._second = now
+        if done > 2 and now - self._said >= _QUIET_S:
             self._said = now
-            left = (now - self._began) * (total - done) / done
+            left = (now - self._second) * (total - done) / (done - 2)
             click.echo(f"{self._title}: step {done} of {total}, about {left:.0f} s left", err=True)

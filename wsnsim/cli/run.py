@@ -47,6 +47,8 @@ def command(
     from wsnsim.runs.run import default_folder, run
     from wsnsim.scenario.load import load_scenario
 
+    if out is not None and not str(out).strip("./"):
+        raise click.BadParameter("must name a folder of its own, got the current one", param_hint="--out")
     loaded = load_scenario(scenario, overrides, seed)
     folder = out or default_folder(loaded)
     with progress(loaded.scenario.name, quiet) as report:
@@ -55,6 +57,7 @@ def command(
         click.echo(json.dumps(_document(result), indent=2, allow_nan=False))
     elif not quiet:
         _print(result)
+        _warn(result)
     for expectation in result.expectations:
         if not expectation.met:
             click.echo(f"expect: {expectation}", err=True)
@@ -77,9 +80,9 @@ _SHOWN = (
     ("position_error_mean_m", "mean position error", 1.0, "m"),
     ("reprojection_error_mean_px", "mean reprojection error", 1.0, "px"),
     ("lost_fraction", "targets lost", 100.0, "%"),
-    ("missed_deadlines", "steps without a measurement", 1.0, ""),
+    ("unmeasured_steps", "steps without a measurement", 1.0, ""),
     ("offered_bps", "offered load", 1e-3, "kbit/s"),
-    ("delivery_ratio", "messages delivered", 100.0, "%"),
+    ("delivery_ratio", "messages that reached the base", 100.0, "%"),
     ("latency_p95_s", "95 % of estimates within", 1e3, "ms"),
     ("energy_per_step_j", "energy a step, all motes", 1e3, "mJ"),
 )
@@ -89,5 +92,14 @@ def _print(result: Run) -> None:
     for key, name, factor, unit in _SHOWN:
         value = result.summary.get(key)
         if value is not None:
-            click.echo(f"{name:>28}  {value * factor:.4g} {unit}".rstrip())
-    click.echo(f"{'report':>28}  {result.folder}/report.html")
+            click.echo(f"{name:>30}  {value * factor:.4g} {unit}".rstrip())
+    click.echo(f"{'report':>30}  {result.folder}/report.html")
+
+
+def _warn(result: Run) -> None:
+    """Say on stderr what a reader of the figures must know."""
+    if result.summary["unmeasured_steps"] == len(result.steps):
+        click.echo("Warning: nothing was measured; the errors are those of a prediction.", err=True)
+    dead = list(result.nodes.dropna(subset=["died_at_s"])["node"])
+    if dead:
+        click.echo(f"Warning: batteries ran empty: {', '.join(dead)}.", err=True)

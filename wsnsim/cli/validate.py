@@ -17,13 +17,14 @@ from wsnsim.errors import Problem, ScenarioError
 @click.option("--quiet", "-q", is_flag=True, help="Errors only.")
 def command(scenario: Path, overrides: tuple[str, ...], as_json: bool, quiet: bool) -> None:
     """Check SCENARIO: its keys and values, the files it names, its network's way to the base station."""
-    from wsnsim.records import MemorySink
+    from wsnsim.runs.expectations import check_keys
     from wsnsim.scenario.load import load_scenario
     from wsnsim.sim.build import build
 
     try:
         loaded = load_scenario(scenario, overrides)
-        simulation = build(loaded, MemorySink())
+        check_keys(loaded)
+        simulation = build(loaded)
     except ScenarioError as error:
         if not as_json:
             raise

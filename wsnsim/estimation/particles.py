@@ -70,7 +70,7 @@ def without_prior(
     cov: FloatArray,
     prior_mean: FloatArray,
     prior_cov: FloatArray,
-    floor_variance: float,
+    unresolved: float,
 ) -> Evidence:
     """Divide a normal prior out of a posterior, so that a filter does not count it twice.
 
@@ -83,7 +83,7 @@ def without_prior(
     ----------
     mean, cov : (d,), (d, d) posterior
     prior_mean, prior_cov : (d,), (d, d) the proposal the particles were drawn from
-    floor_variance : smallest variance of the evidence in any direction
+    unresolved : variance added to the evidence in every direction: what the particles cannot resolve
 
     Raises
     ------
@@ -100,4 +100,4 @@ def without_prior(
     directions = back * lengths[:, None]
     values = directions @ prior_mean + lengths * shift[informed] / remaining
     spread = lengths[:, None] * np.diag(variances[informed] / remaining) * lengths[None, :]
-    return Evidence(values, directions, spread + floor_variance * np.eye(values.size))
+    return Evidence(values, directions, spread + unresolved * np.eye(values.size))

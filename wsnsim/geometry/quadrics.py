@@ -81,6 +81,10 @@ def ellipsoid_outlines(
     focal = camera.focal_px
     centres = np.where(visible[:, None], focal * centre + np.array(camera.principal_point), 0.0)
     shapes = np.where(visible[:, None, None], _inverse_2x2(focal**2 * spread), np.eye(2))
+    sound = np.isfinite(centres).all(axis=1) & np.isfinite(shapes).all(axis=(1, 2))
+    visible &= sound & (shapes[:, 0, 0] * shapes[:, 1, 1] > shapes[:, 0, 1] ** 2)
+    centres = np.where(visible[:, None], centres, 0.0)
+    shapes = np.where(visible[:, None, None], shapes, np.eye(2))
     return Outlines(centres, shapes, visible)
 
 

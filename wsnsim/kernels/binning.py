@@ -65,7 +65,8 @@ def _texture_bins(image: ByteArray, x0: int, y0: int, x1: int, y1: int) -> NDArr
         y = min(max(y0 + i - 1, 0), height - 1)
         for j in range(columns + 2):
             x = min(max(x0 + j - 1, 0), width - 1)
-            luma[i, j] = 77 * image[y, x, 0] + 150 * image[y, x, 1] + 29 * image[y, x, 2]
+            red, green, blue = np.int32(image[y, x, 0]), np.int32(image[y, x, 1]), np.int32(image[y, x, 2])
+            luma[i, j] = 77 * red + 150 * green + 29 * blue
     bins = np.empty((rows, columns), np.int16)
     for i in range(rows):
         for j in range(columns):

@@ -14,6 +14,8 @@ from wsnsim.kernels.jit import frozen, kernel
 from wsnsim.types import BoolArray, FloatArray
 
 _LANES = 4
+_FAR = 1e9
+"""Pixels from the image beyond which an ellipse is nowhere; also what keeps NaN out."""
 """Partial sums kept apart, so that the order of additions is the same on every processor."""
 
 
@@ -108,6 +110,9 @@ def _similarities(
             continue
         a, b, c = shapes[p, 0, 0], shapes[p, 0, 1], shapes[p, 1, 1]
         determinant = a * c - b * b
+        # Written so that a NaN is passed over too; an index made of one writes anywhere.
+        if not (determinant > 0.0 and a > 0.0 and abs(centres[p, 0]) < _FAR and abs(centres[p, 1]) < _FAR):
+            continue
         half_width, half_height = np.sqrt(c / determinant), np.sqrt(a / determinant)
         left, right = np.ceil(centres[p, 0] - half_width), np.floor(centres[p, 0] + half_width)
         top, bottom = np.ceil(centres[p, 1] - half_height), np.floor(centres[p, 1] + half_height)

@@ -1,36 +1,46 @@
 """Quality of information: how far the estimates are from the truth."""
 
+from collections.abc import Mapping
+
 import numpy as np
 import pandas as pd
 
-Figures = dict[str, float | int | None]
-"""Figures by their key, the unit in the key; None where there is nothing to measure."""
+from wsnsim.metrics.figures import Figures, mean_or_none
 
 
-def accuracy(steps: pd.DataFrame, lost_above_m: float) -> Figures:
+def accuracy(steps: pd.DataFrame, lost_above_m: Mapping[str, float]) -> Figures:
     """Return position and reprojection errors and the share of targets lost.
 
-    Errors are taken over all steps with an estimate. A target is lost if its
-    error at the last step is above `lost_above_m`, or if it has no estimate
-    there.
+    Errors are taken over all steps with an estimate, mere predictions included.
+    A target is lost if the error of its last estimate is above its limit, or if
+    no estimate of it ever rested on a measurement.
 
     Parameters
     ----------
     steps : the table of `steps_table`
-    lost_above_m : two target lengths in the published experiments [m]
+    lost_above_m : limit of every target by its name, two of its lengths in the published experiments [m]
+
+    Raises
+    ------
+    KeyError : a target without a limit
     """
     errors = steps["error_m"].dropna().to_numpy(np.float64)
-    last = steps[steps["step"] == steps["step"].max()]
     return {
         "position_error_mean_m": float(errors.mean()) if errors.size else None,
         "position_error_median_m": float(np.median(errors)) if errors.size else None,
         "position_rmse_m": float(np.sqrt(np.mean(errors**2))) if errors.size else None,
         "reprojection_error_mean_px": mean_or_none(steps["reprojection_px"]),
-        "lost_fraction": float((~(last["error_m"] <= lost_above_m)).mean()) if len(last) else None,
+        "lost_fraction": _lost_fraction(steps, lost_above_m),
     }
 
 
-def mean_or_none(values: "pd.Series[float]") -> float | None:
-    """Return the mean of the values that are there, None if there are none."""
-    present = values.dropna()
-    return float(present.mean()) if len(present) else None
+def _lost_fraction(steps: pd.DataFrame, lost_above_m: Mapping[str, float]) -> float | None:
+    targets = [str(target) for target in steps["target"].unique()]
+    if not targets:
+        return None
+    limits_m = np.array([lost_above_m[target] for target in targets])
+    made = steps.dropna(subset=["error_m"]).sort_values("step", kind="stable")
+    last = made.drop_duplicates("target", keep="last").set_index("target")["error_m"]
+    kept = last.reindex(targets).to_numpy(np.float64) <= limits_m
+    measured = np.isin(targets, steps.loc[steps["kind"] == "update", "target"].unique().astype(str))
+    return float(np.mean(~(kept & measured)))

@@ -4,18 +4,22 @@ Used by the tests on whatever a run left behind, and by anyone who doubts a
 result.
 """
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from wsnsim.metrics.energy import ENERGY_COLUMNS, drawn_by_node_j
+from wsnsim.metrics.figures import ARRIVED
 
 _RELATIVE = 1e-9
 _SAME_INSTANT_S = 1e-9
 
-_OUTCOME = r"delivered|fused|in_flight|dropped_\w+"
+_OUTCOME = "|".join((*ARRIVED, "in_flight", r"dropped_\w+"))
+
+_ALWAYS_ON = ("cpu", "board")
+"""Components that are in one state or another from the beginning to the end of their node's life."""
 
 _RADIO_COLUMN = {
     "transmit": "energy_radio_tx_j",
@@ -30,11 +34,13 @@ def violations(tables: Mapping[str, pd.DataFrame], simulated_s: float) -> list[s
 
     Parameters
     ----------
-    tables : the record tables by name; `nodes`, `energy`, `messages`, `events` and `estimates` are read
+    tables : the record tables by name; `nodes`, `energy`, `messages`, `load`, `events` and `estimates`
+        are read
     simulated_s : time from the beginning to the end of the run [s]
     """
     return [
         *_messages(tables["messages"], tables["nodes"]),
+        *_load(tables["load"], tables["nodes"]),
         *_energy(tables["energy"], tables["nodes"], simulated_s),
         *_deaths(tables),
     ]
@@ -66,6 +72,19 @@ def _messages(messages: pd.DataFrame, nodes: pd.DataFrame) -> list[str]:
     return found
 
 
+def _load(load: pd.DataFrame, nodes: pd.DataFrame) -> list[str]:
+    if load.empty:
+        return ["load: no row was written"]
+    found = []
+    for column in ("app_tx_bytes", "mac_tx_bytes"):
+        if not load[column].is_monotonic_increasing:
+            found.append(f"load: {column} decreases")
+        counted, total = load[column].iloc[-1], nodes[column].sum()
+        if counted != total:
+            found.append(f"load: {column} ends at {counted}, the nodes sent {total}")
+    return found
+
+
 def _energy(energy: pd.DataFrame, nodes: pd.DataFrame, simulated_s: float) -> list[str]:
     found = []
     for node in nodes.assign(drawn_j=drawn_by_node_j(nodes)).to_dict("records"):
@@ -81,10 +100,24 @@ def _energy(energy: pd.DataFrame, nodes: pd.DataFrame, simulated_s: float) -> li
                 found.append(
                     f"node {name}: {stored} J stored and harvested, but {accounted} J drawn and left"
                 )
-        lived_s = simulated_s if pd.isna(node["died_at_s"]) else node["died_at_s"]
-        for component, seconds in own.groupby("component")["seconds"].sum().items():
-            if seconds > lived_s * (1 + _RELATIVE) + _SAME_INSTANT_S:
-                found.append(f"node {name}: its {component} was on for {seconds} s of {lived_s} s")
+        found += _times(node, own, simulated_s)
+    return found
+
+
+def _times(node: Mapping[Hashable, Any], own: pd.DataFrame, simulated_s: float) -> list[str]:
+    """Hold the seconds of one node's components against the time it lived and worked."""
+    found = []
+    name = node["node"]
+    lived_s = simulated_s if pd.isna(node["died_at_s"]) else node["died_at_s"]
+    on_s = dict.fromkeys(_ALWAYS_ON, 0.0) | own.groupby("component")["seconds"].sum().to_dict()
+    for component, seconds in on_s.items():
+        if component in _ALWAYS_ON and not _close(seconds, lived_s):
+            found.append(f"node {name}: its {component} was on for {seconds} s, not the {lived_s} s it lived")
+        elif seconds > lived_s * (1 + _RELATIVE) + _SAME_INSTANT_S:
+            found.append(f"node {name}: its {component} was on for {seconds} s of {lived_s} s")
+    worked = own[(own["component"] == "cpu") & (own["cause"] == "work")]["seconds"].sum()
+    if not _close(worked, node["cpu_busy_s"]):
+        found.append(f"node {name}: cpu_busy_s is {node['cpu_busy_s']}, its processor worked {worked} s")
     return found
 
 

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from wsnsim.metrics.accuracy import Figures
+from wsnsim.metrics.figures import Figures
 from wsnsim.types import Seconds
 
 ENERGY_COLUMNS = (

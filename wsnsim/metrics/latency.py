@@ -1,24 +1,31 @@
-"""How soon after a sampling instant its estimate is there, and how often none is."""
+"""How soon after a sampling instant its estimate is there, and how often it comes without a measurement."""
 
 import numpy as np
 import pandas as pd
 
-from wsnsim.metrics.accuracy import Figures
+from wsnsim.metrics.figures import Figures
 
 
 def latency(steps: pd.DataFrame) -> Figures:
-    """Return percentiles of the estimates' latency, and the steps without any measurement.
+    """Return percentiles of the estimates' latency, and counts of the (step, target) pairs without one.
 
-    A deadline is missed where a target's estimate at a step is a mere
-    prediction, or where there is none.
+    - `latency_p50_s`, `latency_p95_s`: of the estimates made from measurements;
+      a prediction is there at once and says nothing of how long measuring takes.
+    - `missed_deadlines`: cameras were asked and none was heard in time, or
+      there is no estimate at all.
+    - `unmeasured_steps`: no measurement, for whatever reason.
+    - `skipped_steps`: the tracker was still busy with an earlier step.
 
     Parameters
     ----------
     steps : the table of `steps_table`
     """
-    waited = steps["latency_s"].dropna().to_numpy(np.float64)
+    kind = steps["kind"]
+    waited = steps.loc[kind == "update", "latency_s"].to_numpy(np.float64)
     return {
         "latency_p50_s": float(np.percentile(waited, 50)) if waited.size else None,
         "latency_p95_s": float(np.percentile(waited, 95)) if waited.size else None,
-        "missed_deadlines": int((steps["kind"] != "update").sum()),
+        "missed_deadlines": int(((kind == "timed_out") | kind.isna()).sum()),
+        "unmeasured_steps": int((kind != "update").sum()),
+        "skipped_steps": int((kind == "skipped").sum()),
     }

@@ -1,11 +1,13 @@
 """The flat object of summary.json: every QoS and QoI figure of a run."""
 
 import math
+from collections.abc import Mapping
 
 import pandas as pd
 
-from wsnsim.metrics.accuracy import Figures, accuracy
+from wsnsim.metrics.accuracy import accuracy
 from wsnsim.metrics.energy import energy
+from wsnsim.metrics.figures import Figures
 from wsnsim.metrics.latency import latency
 from wsnsim.metrics.traffic import traffic
 from wsnsim.types import NodeId, Seconds
@@ -16,9 +18,10 @@ def summary(
     steps: pd.DataFrame,
     nodes: pd.DataFrame,
     messages: pd.DataFrame,
+    load: pd.DataFrame,
     base: NodeId,
     step_s: Seconds,
-    lost_above_m: float,
+    lost_above_m: Mapping[str, float],
     channel_bps: float | None,
     simulated_s: Seconds,
     wall_s: Seconds,
@@ -28,10 +31,10 @@ def summary(
     Parameters
     ----------
     steps : the table of `steps_table`
-    nodes, messages : the record tables
+    nodes, messages, load : the record tables
     base : name of the base station
     step_s : time from one tracking step to the next [s]
-    lost_above_m : error at the last step above which a target counts as lost [m]
+    lost_above_m : error of its last estimate above which a target counts as lost, by target [m]
     channel_bps : what the radio channel can carry [bit/s]; None for a network without limit
     simulated_s : time from the beginning to the end of the run [s]
     wall_s : time the run took on the computer [s]
@@ -44,7 +47,7 @@ def summary(
     figures: Figures = {
         **accuracy(steps, lost_above_m),
         **latency(steps),
-        **traffic(messages, nodes, base, count, step_s, channel_bps, simulated_s),
+        **traffic(messages, nodes, load, base, count, step_s, simulated_s),
         "channel_bps": channel_bps,
         **energy(nodes, count, simulated_s),
         "steps": count,

@@ -46,8 +46,8 @@ class Ieee802154Config:
     max_frame_retries: int = 3
     """macMaxFrameRetries: how often an unacknowledged frame is sent again."""
     max_channel_retries: int = 0
-    """How often the link layer hands a frame to the MAC again that found the channel busy at every try;
-    0: the frame is lost, as the bare standard leaves it. TinyOS's CC2420 driver never gives up."""
+    """How often a frame that found the channel busy at every try begins its CSMA anew; 0: it is lost,
+    as the bare standard leaves it. TinyOS's CC2420 driver never gives up."""
     duplicate_lifetime_s: float = 0.5
     """How long a receiver remembers a sender's last sequence number [s]; less than 256 frames take."""
     pan_id: int = 0xCAFE

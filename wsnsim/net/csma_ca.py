@@ -5,6 +5,8 @@ turn round, send, wait for the acknowledgement; begin again where the channel
 was busy or no acknowledgement came. A frame from above is `submit`ted when the
 MAC is idle, and its fate comes back through `Upper.done`.
 
+Beyond the standard: a frame that found the channel busy at every try may begin
+its CSMA anew, `max_channel_retries` times, under the same sequence number.
 Where the standard leaves a choice: a node that receives a frame for itself
 while it is in CSMA answers it first and then begins its CSMA anew; while it
 waits for an acknowledgement, its own attempt counts as failed (as in ns-3).
@@ -106,7 +108,7 @@ class CsmaCa:
             self._sequence, self._config.pan_id, destination, self._address, payload, ack_request=unicast
         )
         self._job = _Job(frame.encode(), destination, meant, cargo)
-        self._attempts = 0
+        self._attempts = self._restarts = 0
         if not self._answering:
             self._contend()
 
@@ -168,7 +170,11 @@ class CsmaCa:
             return
         self._busy += 1
         if self._busy > self._config.max_csma_backoffs:
-            self._finish(Outcome.CHANNEL)
+            if self._restarts < self._config.max_channel_retries:
+                self._restarts += 1
+                self._contend()
+            else:
+                self._finish(Outcome.CHANNEL)
         else:
             self._exponent = min(self._exponent + 1, self._config.max_be)
             self._back_off()

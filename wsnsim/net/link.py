@@ -8,9 +8,7 @@ node forwards (the hybrid send queue of the Collection Tree Protocol: Gnawali
 et al., SenSys 2009).
 
 Unicast: relays forward fragments one by one (mesh-under); a source gives a
-datagram up with its first lost fragment, or when it expires. A frame for which
-the MAC found no free channel is handed to it again, as often as the
-configuration says. Dissemination: each node with
+datagram up with its first lost fragment, or when it expires. Dissemination: each node with
 children broadcasts once what it hears from its parent, and takes nothing from
 anyone else; so a fragment that a node did not hear never comes again, and the
 node and all below it are lost for the datagram at that instant.
@@ -91,7 +89,6 @@ class Link:
         self._outbox: deque[Flight] = deque()
         self._unsent: deque[Parcel] = deque()
         self._own_queued = False
-        self._channel_retries = 0
         self._tag = 0
         self._reassembler = Reassembler()
         self._waiting: dict[DatagramKey, tuple[Flight, Call]] = {}
@@ -99,6 +96,7 @@ class Link:
 
     def send(self, flight: Flight) -> None:
         """Take a datagram of this node's own."""
+        self._purge()
         if len(self._outbox) >= self._config.outbox_datagrams:
             self._flights.lose(flight, flight.datagram.destinations, Outcome.QUEUE)
             return
@@ -140,11 +138,6 @@ class Link:
 
     def done(self, outcome: Outcome | None) -> None:
         """Learn from the MAC what became of the frame at the head of the queue."""
-        if outcome is Outcome.CHANNEL and self._channel_retries < self._config.max_channel_retries:
-            self._channel_retries += 1
-            self._serve()
-            return
-        self._channel_retries = 0
         parcel = self._queue.popleft()
         abandoned = False
         if parcel.own:
@@ -155,19 +148,20 @@ class Link:
             if not self._unsent:
                 self._outbox.popleft()
         if outcome is not None:
-            self._mac.counters.frames_dropped += 1
+            if outcome is not Outcome.EXPIRED:
+                self._mac.counters.frames_dropped += 1
             if abandoned or not self._went_on(parcel):
                 self._lose(parcel, outcome)
         elif parcel.header.final == BROADCAST:
             self._note_missed(parcel)
+        elif not parcel.taken_by:
+            # An acknowledgement of another node's frame with the same number was taken for ours.
+            self._lose(parcel, Outcome.NO_ACK)
         self._serve()
 
     def _serve(self) -> None:
         """Move an own fragment to the queue if none is there, and give the MAC something to do."""
-        while self._outbox and not self._own_queued and self._expired(self._outbox[0]):
-            flight = self._outbox.popleft()
-            self._unsent.clear()
-            self._flights.lose(flight, flight.datagram.destinations, Outcome.EXPIRED)
+        self._purge()
         if not self._own_queued and len(self._queue) < self._config.queue_frames and self._outbox:
             if not self._unsent:
                 self._unsent.extend(self._cut(self._outbox[0]))
@@ -180,6 +174,16 @@ class Link:
             self.done(Outcome.EXPIRED)
         else:
             self._submit(head)
+
+    def _purge(self) -> None:
+        """Drop own datagrams that expired in the outbox; one with a frame in the queue goes with that."""
+        first = self._outbox[0] if self._own_queued else None
+        expired = [flight for flight in self._outbox if flight is not first and self._expired(flight)]
+        for flight in expired:
+            if flight is self._outbox[0]:
+                self._unsent.clear()
+            self._outbox.remove(flight)
+            self._flights.lose(flight, flight.datagram.destinations, Outcome.EXPIRED)
 
     def _expired(self, flight: Flight) -> bool:
         expires_ns = flight.datagram.expires_ns

@@ -37,7 +37,7 @@ def bandwidth_figure(context: ReportContext) -> go.Figure:
 
 
 def energy_figure(context: ReportContext) -> go.Figure:
-    """Return what each mote drew, stacked by cause [J]; the base station on mains is left out."""
+    """Return what each mote drew, stacked by cause [J]; the base station is left out."""
     nodes = context.tables["nodes"]
     motes = nodes[nodes["role"] != "base"]
     names = [escape(str(name)) for name in motes["node"]]

@@ -26,7 +26,7 @@ class ReportContext:
     cameras : by the node that carries each
     tables : `steps` and the record tables by name
     summary : the figures of summary.json
-    lost_above_m : error at the last step above which a target counts as lost [m]
+    lost_above_m : largest of the errors above which a target counts as lost [m]
     """
 
     name: str

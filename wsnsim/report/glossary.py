@@ -17,13 +17,11 @@ OUTCOMES: Mapping[str, str] = {
 }
 
 EVENTS: Mapping[str, str] = {
-    "frame_skipped": "an image was skipped because the processor was still busy with the one before",
-    "state_missed": "a camera had no predicted state for an image and could not judge it",
-    "weights_late": "weights arrived after the deadline of their step",
-    "weights_refused": "weights that fit no step or target were set aside",
-    "battery_empty": "a battery was empty; the node stopped",
-    "died": "a node stopped for good",
-    "death": "a node stopped for good",
+    "death": "nodes that stopped for good because their battery was empty",
+    "frame_skipped": "images that were not taken because the processor or the imager was still busy",
+    "frame_unused": "images that no state arrived for, or that the base station passed over",
+    "weights_late": "weights that arrived after their step was closed",
+    "weights_refused": "weights that nobody had asked for, or too many or too few, and were set aside",
 }
 
 ENERGY_CAUSES: Mapping[str, str] = {

@@ -26,7 +26,7 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
     KeyFigure(
         "position_error_mean_m",
         "Mean position error",
-        "distance from the true position, over all steps with an estimate",
+        "distance from the true position, over all steps with an estimate, predictions included",
         length,
         True,
     ),
@@ -52,21 +52,33 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
     KeyFigure(
         "lost_fraction",
         "Targets lost",
-        "targets whose error at the last step is too large to speak of tracking",
+        "targets whose last estimate is too far off to speak of tracking, or that have none",
         percent,
         True,
     ),
     KeyFigure(
-        "missed_deadlines",
+        "unmeasured_steps",
         "Estimates without a measurement",
-        "target and step pairs for which no camera's message arrived in time",
+        "target and step pairs whose estimate is a mere prediction, or that have none",
         count,
         True,
     ),
     KeyFigure(
+        "missed_deadlines",
+        "Missed deadlines",
+        "those of them for which cameras were asked and none was heard in time, or that have no estimate",
+        count,
+    ),
+    KeyFigure(
+        "skipped_steps",
+        "Estimates passed over",
+        "those of them that were not measured because an earlier step took too long",
+        count,
+    ),
+    KeyFigure(
         "offered_bps",
         "Offered load",
-        "application data handed to the network, over the simulated time",
+        "application data handed to the network, over the time in which images are taken",
         _of("bit/s"),
         True,
     ),
@@ -78,10 +90,16 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
     ),
     KeyFigure(
         "delivery_ratio",
-        "Messages delivered",
-        "of all messages and receivers, those that arrived before the end",
+        "Messages to the base station delivered",
+        "of the messages to the base station, those that arrived before the end",
         percent,
         True,
+    ),
+    KeyFigure(
+        "delivery_ratio_down",
+        "Messages to motes delivered",
+        "of all other messages, counted once for each receiver, those that arrived before the end",
+        percent,
     ),
     KeyFigure(
         "bandwidth_mean_bps",
@@ -93,7 +111,7 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
     KeyFigure(
         "bandwidth_peak_bps",
         "Peak bandwidth used",
-        "the same in the busiest step, estimated from the messages created in it",
+        "the same, measured between the two sampling instants with the most of it",
         _of("bit/s"),
     ),
     KeyFigure(
@@ -106,14 +124,20 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
         "application bytes that arrived there",
         _of("B"),
     ),
-    KeyFigure("latency_p50_s", "Median latency", "from the sampling instant to the estimate", duration, True),
     KeyFigure(
-        "latency_p95_s", "95th percentile of the latency", "one estimate in twenty took longer", duration
+        "latency_p50_s",
+        "Median latency",
+        "from the sampling instant to the estimate, where it rests on a measurement",
+        duration,
+        True,
+    ),
+    KeyFigure(
+        "latency_p95_s", "95th percentile of the latency", "one such estimate in twenty took longer", duration
     ),
     KeyFigure(
         "energy_per_step_j",
         "Energy a step",
-        "drawn by all motes; the base station is on mains and not counted",
+        "drawn by all motes; the base station is not counted",
         _of("J"),
         True,
     ),
@@ -130,7 +154,7 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
     KeyFigure(
         "images_skipped",
         "Images skipped",
-        "because a mote's processor was still busy with the image before",
+        "because a mote's processor or imager was still busy",
         count,
         True,
     ),

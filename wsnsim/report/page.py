@@ -47,6 +47,7 @@ def render(context: ReportContext) -> str:
         verdicts=words.verdicts(context),
         service=words.service(context),
         information=words.information(context),
+        base_supply=words.base_supply(context),
         key_rows=key_rows(context.summary, main=True),
         more_rows=key_rows(context.summary, main=False),
         message_rows=rows.message_rows(context),

@@ -53,7 +53,7 @@ def node_rows(context: ReportContext) -> list[Row]:
                 else "–",
                 percent(node["cpu_busy_s"] / (died or seconds)),
                 quantity(node["drawn_j"], "J"),
-                "mains" if capacity is None or left is None or capacity == 0 else percent(left / capacity),
+                "mains" if capacity is None or left is None else percent(left / capacity),
                 "–" if died is None else duration(died),
             )
         )

@@ -37,10 +37,16 @@ def quantity(value: float | None, unit: str, digits: int = 3) -> str:
     return f"{number(value / scale, digits)}{_SPACE}{prefix}{unit}"
 
 
+_NOTHING_M = 1e-6
+"""Distances below this are rounding."""
+
+
 def length(value_m: float | None) -> str:
     """Return a distance in metres, or in centimetres below half a metre."""
     if value_m is None or math.isnan(value_m) or value_m >= 0.5:
         return with_unit(value_m, "m")
+    if value_m < _NOTHING_M:
+        return with_unit(0, "cm")
     return with_unit(100 * value_m, "cm")
 
 

@@ -1,6 +1,7 @@
 """The paragraphs at the top of a report: what the run cost and what it was worth, in plain words."""
 
 from wsnsim.metrics.energy import ENERGY_COLUMNS, drawn_by_node_j
+from wsnsim.metrics.figures import ARRIVED
 from wsnsim.report.context import ReportContext
 from wsnsim.report.glossary import ENERGY_USES, OUTCOMES, explained
 from wsnsim.report.wording import (
@@ -20,35 +21,30 @@ _LOW_DELIVERY = 0.9
 
 def verdicts(context: ReportContext) -> list[str]:
     """Return what a reader must not overlook: overload, losses, skipped images, dead motes."""
-    return [*_network_verdict(context), *_skipped_images(context), *_deaths(context)]
+    return [
+        *_blindness(context),
+        *_network_verdict(context),
+        *_skipped_images(context),
+        *_deaths(context),
+    ]
 
 
 def service(context: ReportContext) -> str:
     """Return the paragraph of quality of service: what the run cost."""
     figures = context.summary
-    channel, offered = figures["channel_bps"], figures["offered_bps"]
-    sentences = [f"The programs handed {quantity(offered, 'bit/s')} to the network"]
-    if channel and offered is not None:
-        sentences[0] += (
-            f", {_multiple(offered / channel)} the {quantity(channel, 'bit/s')} that "
-            f"the {context.standard} channel carries at the very most"
-        )
-    else:
-        sentences[0] += ", which has no limit here"
-    sentences[0] += "."
-    if channel and figures["bandwidth_mean_bps"]:
+    sentences = _load(context)
+    if figures["channel_bps"] and figures["bandwidth_mean_bps"]:
         sentences.append(
             f"On the air, with headers, relaying, repeats and acknowledgements, "
-            f"{quantity(figures['bandwidth_mean_bps'], 'bit/s')} were sent on average and about "
-            f"{quantity(figures['bandwidth_peak_bps'], 'bit/s')} in the busiest step."
+            f"{quantity(figures['bandwidth_mean_bps'], 'bit/s')} were sent on average and "
+            f"{quantity(figures['bandwidth_peak_bps'], 'bit/s')} at the busiest, "
+            "from one sampling instant to the next."
         )
-    if figures["delivery_ratio"] is not None:
-        share = "All" if figures["delivery_ratio"] == 1 else f"{percent(figures['delivery_ratio'])} of the"
-        sentences.append(f"{share} messages arrived.")
+    sentences += _delivery(context)
     if figures["latency_p50_s"] is not None:
         sentences.append(
-            f"An estimate was there {duration(figures['latency_p50_s'])} after its images were taken "
-            f"(median; 95 % within {duration(figures['latency_p95_s'])})."
+            f"An estimate from measurements was there {duration(figures['latency_p50_s'])} after its images "
+            f"were taken (median; 95 % within {duration(figures['latency_p95_s'])})."
         )
     return " ".join([*sentences, *_energy(context)])
 
@@ -56,7 +52,6 @@ def service(context: ReportContext) -> str:
 def information(context: ReportContext) -> str:
     """Return the paragraph of quality of information: what the estimates were worth."""
     figures, steps = context.summary, context.tables["steps"]
-    due, targets = len(steps), int(steps["target"].nunique())
     if figures["position_error_mean_m"] is None:
         return "No estimate was made of any target."
     sentences = [
@@ -69,27 +64,93 @@ def information(context: ReportContext) -> str:
             f", which is {with_unit(figures['reprojection_error_mean_px'], 'pixels')} in the images"
         )
     sentences[0] += "."
-    lost = round((figures["lost_fraction"] or 0) * targets)
-    limit = f"the error at the last step was {'above' if lost else 'below'} {length(context.lost_above_m)}"
-    if targets == 1:
-        sentences.append(f"The target was {'lost' if lost else 'tracked to the end'}: {limit}.")
-    elif lost:
-        sentences.append(f"{count(lost)} of {plural(targets, 'target')} were lost: {limit}.")
-    else:
-        everyone = "Both targets" if targets == 2 else f"All {plural(targets, 'target')}"
-        sentences.append(f"{everyone} were tracked to the end: {limit}.")
-    missed = int(figures["missed_deadlines"] or 0)
-    of_due = plural(due, "step") if targets == 1 else plural(due, "estimate")
-    if missed == due:
-        sentences.append(f"None of {of_due} had a measurement: all rest on the prediction.")
-    elif missed:
-        sentences.append(
-            f"{count(missed)} of {of_due} ({percent(missed / due)}) had no measurement at all "
-            "and rest on the prediction."
+    made = int(steps["error_m"].notna().sum())
+    predicted = int(figures["unmeasured_steps"] or 0) - (len(steps) - made)
+    if 2 * predicted > made:
+        share = "This is" if predicted == made else "For the most part this is"
+        sentences.append(f"{share} the error of a prediction, not of a measurement.")
+    return " ".join([*sentences, _lost(context), *_measured(context)])
+
+
+def base_supply(context: ReportContext) -> str:
+    """Return why the base station is not among the motes where energy is shown."""
+    nodes = context.tables["nodes"]
+    base = nodes[nodes["role"] == "base"]
+    supply = "on mains" if base["battery_capacity_j"].isna().all() else "on a battery of its own"
+    return f"The base station is {supply} and not shown."
+
+
+def _load(context: ReportContext) -> list[str]:
+    channel, offered = context.summary["channel_bps"], context.summary["offered_bps"]
+    if offered is None:
+        return []
+    limit = "which has no limit here"
+    if channel:
+        limit = (
+            f"{_multiple(offered / channel)} the {quantity(channel, 'bit/s')} that "
+            f"the {context.standard} channel carries at the very most"
         )
-    else:
-        sentences.append(f"All {of_due} had a measurement from at least one camera.")
-    return " ".join(sentences)
+    return [f"The programs handed {quantity(offered, 'bit/s')} to the network, {limit}."]
+
+
+def _delivery(context: ReportContext) -> list[str]:
+    """Return what arrived at the base station, and what came from it unless all of that arrived."""
+    up, down = context.summary["delivery_ratio"], context.summary["delivery_ratio_down"]
+    sentences = []
+    if up is not None:
+        share = {0.0: "None of the", 1.0: "All"}.get(up, f"{percent(up)} of the")
+        sentences.append(f"{share} messages to the base station arrived.")
+    if down is not None and down < 1:
+        sentences.append(f"Of the messages from it, {percent(down)} arrived.")
+    return sentences
+
+
+def _lost(context: ReportContext) -> str:
+    steps = context.tables["steps"]
+    targets = int(steps["target"].nunique())
+    lost = round((context.summary["lost_fraction"] or 0) * targets)
+    at_end = steps.loc[steps["step"] == steps["step"].max(), "error_m"]
+    kept = "tracked to the end" if at_end.notna().all() else "not lost"
+    limit = length(context.lost_above_m)
+    if targets == 1:
+        fate, side = ("lost", "above") if lost else (kept, "below")
+        return f"The target was {fate}: the error of its last estimate was {side} {limit}."
+    if lost:
+        were = "was" if lost == 1 else "were"
+        return (
+            f"{count(lost)} of {plural(targets, 'target')} {were} lost: the last estimate was further off "
+            f"than fits the target's size ({limit} at most), or none was ever made."
+        )
+    everyone = "Both targets" if targets == 2 else f"All {plural(targets, 'target')}"
+    return (
+        f"{everyone} were {kept}: the error of each one's last estimate was below what fits its size "
+        f"({limit} at most)."
+    )
+
+
+def _measured(context: ReportContext) -> list[str]:
+    """Return how many steps had no measurement, and how many of them were not even tried."""
+    figures = context.summary
+    unmeasured, skipped = int(figures["unmeasured_steps"] or 0), int(figures["skipped_steps"] or 0)
+    due, of_due = len(context.tables["steps"]), _due(context)
+    if not unmeasured:
+        return [f"All {of_due} had a measurement from at least one camera."]
+    sentences = [f"{count(unmeasured)} of {of_due} ({percent(unmeasured / due)}) had no measurement at all."]
+    if unmeasured == due:
+        sentences = [f"None of {of_due} had a measurement."]
+    if skipped:
+        of_them = "All" if skipped == unmeasured else count(skipped)
+        sentences.append(
+            f"{of_them} of them {'was' if skipped == 1 else 'were'} passed over "
+            "because an earlier step took too long."
+        )
+    return sentences
+
+
+def _due(context: ReportContext) -> str:
+    """Return the number of estimates there should be, as steps where there is one target."""
+    steps = context.tables["steps"]
+    return plural(len(steps), "step" if steps["target"].nunique() == 1 else "estimate")
 
 
 def _multiple(ratio: float) -> str:
@@ -104,8 +165,6 @@ def _network_verdict(context: ReportContext) -> list[str]:
     overloaded = channel is not None and max(offered or 0.0, wanted) > channel
     if not overloaded and min(by_kind.values(), default=1.0) >= _LOW_DELIVERY:
         return []
-    steps = context.tables["steps"]
-    due = plural(len(steps), "step" if steps["target"].nunique() == 1 else "estimate")
     start = "The network lost many messages."
     if overloaded:
         start = (
@@ -118,8 +177,8 @@ def _network_verdict(context: ReportContext) -> list[str]:
                 f"{quantity(wanted, 'bit/s')}."
             )
     kinds = listed([f"{percent(ratio)} of the {kind} messages" for kind, ratio in by_kind.items()])
-    missed = count(figures["missed_deadlines"])
-    return [f"{start} {kinds} arrived; {missed} of {due} had no measurement at all.{_main_losses(context)}"]
+    unmeasured = f"{count(figures['unmeasured_steps'])} of {_due(context)}"
+    return [f"{start} {kinds} arrived; {unmeasured} had no measurement at all.{_main_losses(context)}"]
 
 
 def _wanted_bps(context: ReportContext) -> float:
@@ -142,19 +201,35 @@ def _wanted_bps(context: ReportContext) -> float:
 
 def _delivery_by_kind(context: ReportContext) -> dict[str, float]:
     messages = context.tables["messages"]
-    arrived = messages["outcome"].isin(["delivered", "fused"])
+    arrived = messages["outcome"].isin(ARRIVED)
     ratios = arrived.groupby(messages["kind"]).mean().sort_values(kind="stable")
     return {str(kind).replace("_", " "): float(ratio) for kind, ratio in ratios.items()}
 
 
 def _main_losses(context: ReportContext) -> str:
-    outcomes = context.tables["messages"]["outcome"]
-    failed = outcomes[~outcomes.isin(["delivered", "fused"])].value_counts().sort_index()
-    if failed.empty:
+    """Say what became of most of the lost messages of the kind that fared worst."""
+    messages = context.tables["messages"]
+    lost = messages[~messages["outcome"].isin(ARRIVED)]
+    if lost.empty:
         return ""
-    reason = str(failed.idxmax())
+    kind = min(ratios := _delivery_by_kind(context), key=lambda name: ratios[name])
+    outcomes = lost.loc[lost["kind"].str.replace("_", " ") == kind, "outcome"]
+    failed = outcomes.value_counts().sort_index()
+    reason = explained(OUTCOMES, str(failed.idxmax())).removeprefix("lost: ")
     share = percent(float(failed.max() / failed.sum()))
-    return f" The most frequent reason ({share}): {explained(OUTCOMES, reason).removeprefix('lost: ')}."
+    return f" What became of most lost {kind} messages ({share}): {reason}."
+
+
+def _blindness(context: ReportContext) -> list[str]:
+    """Say that nothing was ever measured, where that is so."""
+    steps = context.tables["steps"]
+    if len(steps) == 0 or context.summary["unmeasured_steps"] != len(steps):
+        return []
+    seen = "" if steps["participating"].any() else " No camera saw a target at any step."
+    return [
+        f"Nothing was measured.{seen} Every estimate is dead reckoning from the start that the scenario "
+        "gives; its error says nothing of the tracker."
+    ]
 
 
 def _skipped_images(context: ReportContext) -> list[str]:
@@ -165,8 +240,8 @@ def _skipped_images(context: ReportContext) -> list[str]:
     skipped, taken = int(slow["images_skipped"].sum()), int(slow["images_taken"].sum())
     names = listed([str(name) for name in slow["node"]])
     return [
-        f"The processor of {names} was too slow: {count(skipped)} images were skipped "
-        f"because it was still busy with the one before ({count(taken)} were used)."
+        f"{names} could not keep up: {plural(skipped, 'image')} {'was' if skipped == 1 else 'were'} skipped "
+        f"because the processor or the imager was still busy ({count(taken)} taken)."
     ]
 
 

@@ -1,7 +1,7 @@
 """Runs a scenario and leaves the results in a folder, whole or marked as what they are."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +13,8 @@ from wsnsim.metrics.steps import steps_table
 from wsnsim.metrics.summary import summary
 from wsnsim.records import ROW_TYPES
 from wsnsim.report.page import write_report
-from wsnsim.runs.expectations import check
+from wsnsim.runs.expectations import check, check_keys
+from wsnsim.runs.interrupt import Interrupts, interrupts
 from wsnsim.runs.provenance import peak_memory_bytes, provenance
 from wsnsim.runs.report_context import report_context
 from wsnsim.runs.result import Run
@@ -36,7 +37,7 @@ def run(
     scenario: str | Path | Mapping[str, Any] | LoadedScenario,
     *,
     seed: int | None = None,
-    overrides: tuple[str, ...] = (),
+    overrides: Sequence[str] = (),
     out: str | Path | None = None,
     force: bool = False,
     progress: Progress | None = None,
@@ -57,6 +58,7 @@ def run(
     ScenarioError : the scenario cannot be run
     OutputError : `out` holds another run, or cannot be written
     SimulationError : a program failed
+    ValueError : `seed` or `overrides` with a scenario that cannot take them
     """
     loaded = _load(scenario, seed, overrides)
     if out is not None:
@@ -72,17 +74,22 @@ def default_folder(loaded: LoadedScenario) -> Path:
 
 
 def _load(
-    scenario: str | Path | Mapping[str, Any] | LoadedScenario, seed: int | None, overrides: tuple[str, ...]
+    scenario: str | Path | Mapping[str, Any] | LoadedScenario, seed: int | None, overrides: Sequence[str]
 ) -> LoadedScenario:
-    if isinstance(scenario, LoadedScenario):
-        return scenario
+    seed = None if seed is None else int(seed)  # NumPy's integers are taken too
+    if isinstance(scenario, str | Path):
+        return load_scenario(scenario, (overrides,) if isinstance(overrides, str) else overrides, seed)
+    if overrides:
+        raise ValueError("overrides go with a scenario's file, not with data or a loaded scenario")
     if isinstance(scenario, Mapping):
         return scenario_from_dict(scenario if seed is None else {**scenario, "seed": seed})
-    return load_scenario(scenario, overrides, seed)
+    if seed is not None:
+        raise ValueError("a loaded scenario has its seed already; give the seed when loading it")
+    return scenario
 
 
 @dataclass
-class _Progress:
+class _Manifest:
     """What the manifest says while a run goes on."""
 
     folder: RunFolder
@@ -99,6 +106,9 @@ class _Progress:
 
 def _run_into(loaded: LoadedScenario, folder: RunFolder, force: bool, progress: Progress | None) -> Run:
     began = time.monotonic()
+    folder.check(force)
+    check_keys(loaded)
+    simulation = build(loaded)
     folder.create(force)
     facts = {
         "scenario": loaded.scenario.name,
@@ -106,13 +116,12 @@ def _run_into(loaded: LoadedScenario, folder: RunFolder, force: bool, progress: 
         "seed": loaded.scenario.seed,
         **provenance(),
     }
-    state = _Progress(folder, facts, began)
+    state = _Manifest(folder, facts, began)
     state.mark(Status.RUNNING)
     try:
         write_text(folder.scenario, resolved_yaml(loaded, folder.path))
-        with SqliteSink(folder.database) as sink:
-            simulation = build(loaded, sink)
-            simulation.run(progress)
+        with interrupts() as asked, SqliteSink(folder.database) as sink:
+            simulation.run(sink, _attentive(asked, progress))
         result = _finish(loaded, simulation, folder, state)
     except BaseException as error:
         status = Status.INTERRUPTED if isinstance(error, KeyboardInterrupt) else Status.FAILED
@@ -120,11 +129,23 @@ def _run_into(loaded: LoadedScenario, folder: RunFolder, force: bool, progress: 
         with suppress(WsnsimError):
             state.mark(status)
         raise
+    state.facts["expectations"] = [str(expectation) for expectation in result.expectations]
     state.mark(Status.COMPLETE)
     return result
 
 
-def _finish(loaded: LoadedScenario, simulation: Simulation, folder: RunFolder, state: _Progress) -> Run:
+def _attentive(asked: Interrupts, progress: Progress | None) -> Progress:
+    """Return a progress report that stops the run where somebody asked for it."""
+
+    def report(done: int, total: int) -> None:
+        asked.raise_if_asked()
+        if progress is not None:
+            progress(done, total)
+
+    return report
+
+
+def _finish(loaded: LoadedScenario, simulation: Simulation, folder: RunFolder, state: _Manifest) -> Run:
     """Derive steps and summary from the records on disk, and write the report."""
     store = RunStore(folder.database)
     tables = {row_type.table: store.table(row_type.table) for row_type in ROW_TYPES}
@@ -136,6 +157,7 @@ def _finish(loaded: LoadedScenario, simulation: Simulation, folder: RunFolder, s
         steps=tables["steps"],
         nodes=tables["nodes"],
         messages=tables["messages"],
+        load=tables["load"],
         base=loaded.scenario.motes.base.id,
         step_s=1.0 / simulation.schedule.rate_hz,
         lost_above_m=lost_above_m,
@@ -143,12 +165,14 @@ def _finish(loaded: LoadedScenario, simulation: Simulation, folder: RunFolder, s
         simulated_s=to_s(simulation.schedule.end_ns),
         wall_s=state.wall_s(),
     )
-    write_report(folder.report, report_context(loaded, simulation, tables, figures, lost_above_m))
+    largest_m = max(lost_above_m.values())
+    write_report(folder.report, report_context(loaded, simulation, tables, figures, largest_m))
     folder.write_summary(figures)
     expectations = check(loaded.scenario.expect, figures)
     return Run(figures, tables, expectations, folder.path)
 
 
-def _lost_above_m(loaded: LoadedScenario) -> float:
-    longest = max(max(target.shape.semi_axes_m) for target in loaded.scenario.world.targets)
-    return _LOST_LENGTHS * 2.0 * longest
+def _lost_above_m(loaded: LoadedScenario) -> dict[str, float]:
+    """Return for each target the last error above which it is lost [m]."""
+    targets = loaded.scenario.world.targets
+    return {target.id: _LOST_LENGTHS * 2.0 * max(target.shape.semi_axes_m) for target in targets}

@@ -81,6 +81,8 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 def unreadable(file: Path) -> tuple[str, str] | None:
     """Return what must hold of `file` and a hint, or None where it can be read."""
     try:
+        if file.exists() and not file.is_dir() and not file.is_file():
+            return "must be an ordinary file, not a pipe or a device", ""
         with file.open("rb"):
             return None
     except FileNotFoundError:

@@ -19,6 +19,10 @@ PHOTO_PREFIX = "photo/"
 """A background that begins so is one of the package's photographs, not a file."""
 
 
+_SHORTEST = 1e-6
+"""Length from which on a vector has a direction."""
+
+
 class Part(BaseModel, extra="forbid", frozen=True, allow_inf_nan=False):
     """A section of a scenario: frozen, without unknown keys, all numbers finite."""
 
@@ -41,8 +45,8 @@ def _unit_quaternion(q: tuple[float, float, float, float]) -> tuple[float, float
 
 
 def _non_zero(v: tuple[float, float, float]) -> tuple[float, float, float]:
-    if not any(v):
-        raise wrong("must be a direction, got all zeros")
+    if math.hypot(*v) < _SHORTEST:
+        raise wrong(f"must be a direction of length {_SHORTEST:g} or more, got {list(v)}")
     return v
 
 
@@ -96,6 +100,7 @@ Name: TypeAlias = Annotated[str, Field(pattern=r"^[^\W\d][\w.-]*$", max_length=6
 Coordinate: TypeAlias = Annotated[float, Field(ge=-1e6, le=1e6)]
 Position: TypeAlias = tuple[Coordinate, Coordinate, Coordinate]
 Extent: TypeAlias = Annotated[float, Field(gt=0, le=1e6)]
+SemiAxis: TypeAlias = Annotated[float, Field(ge=1e-3, le=1e3)]
 Direction: TypeAlias = Annotated[Position, AfterValidator(_non_zero)]
 Quaternion: TypeAlias = Annotated[
     tuple[Coordinate, Coordinate, Coordinate, Coordinate], AfterValidator(_unit_quaternion)

@@ -14,10 +14,10 @@ class Camera(Part):
     position_m: Position = Field(description="centre of projection [m]")
     look_at_m: Position = Field(description="point in the middle of the image [m]")
     resolution_px: tuple[
-        Annotated[int, Field(ge=8, le=8192)],
-        Annotated[int, Field(ge=8, le=8192)],
+        Annotated[int, Field(ge=8, le=4096)],
+        Annotated[int, Field(ge=8, le=4096)],
     ] = Field((320, 240), description="width and height of the image [px]")
-    focal_px: float = Field(300.0, gt=0, le=1e6, description="focal length [px]")
+    focal_px: float = Field(300.0, ge=1, le=1e6, description="focal length [px]")
     rate_hz: float = Field(4.0, gt=0, le=1000, description="images a second, the same for all cameras [Hz]")
     background: PhotoOrFile = Field(
         "photo/coffee", description="what is behind the targets: photo/NAME of the package, or an image file"

@@ -1,7 +1,8 @@
 """Schema of `network:`: radio, channel, medium access and routing.
 
-Defaults of the medium access are those of IEEE 802.15.4-2006, table 86; the
-threshold of carrier sensing and the sensitivity are the CC2420's.
+Defaults of the medium access are those of IEEE 802.15.4-2006, table 86, but for
+`max_channel_retries`: the bare standard gives a frame up that never found a free
+channel. The threshold of carrier sensing and the sensitivity are the CC2420's.
 """
 
 from typing import Literal, Self

@@ -14,6 +14,7 @@ from wsnsim.scenario.schema_base import (
     Position,
     Quaternion,
     Seed,
+    SemiAxis,
     wrong,
 )
 
@@ -44,7 +45,7 @@ class Ellipsoid(Part):
     """An ellipsoid with its axes along the body's own."""
 
     kind: Literal["ellipsoid"] = Field(description="ellipsoid")
-    semi_axes_m: tuple[Extent, Extent, Extent] = Field(
+    semi_axes_m: tuple[SemiAxis, SemiAxis, SemiAxis] = Field(
         description="semi-axes along x, y and z of the body [m]"
     )
     texture: PatchTexture = Field(PatchTexture(), description="what the surface looks like")
@@ -97,4 +98,4 @@ class World(Part):
 
     size_m: tuple[Extent, Extent, Extent] = Field(description="extent of the world from the origin [m]")
     light: Light = Field(Light(), description="what lights the targets")
-    targets: tuple[Target, ...] = Field(min_length=1, description="bodies to track")
+    targets: tuple[Target, ...] = Field(min_length=1, max_length=256, description="bodies to track")

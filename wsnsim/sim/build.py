@@ -1,14 +1,17 @@
 """Puts a simulation together from a scenario: the only place that knows every room."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
+import numpy as np
 import simpy
 
+from wsnsim.errors import Problem, ScenarioError
 from wsnsim.geometry.camera import PinholeCamera
 from wsnsim.hardware.profiles import BATTERIES, IMAGERS, PLATFORMS, RADIOS
 from wsnsim.net.clock import Clock
 from wsnsim.net.interface import Network
-from wsnsim.records import Sink
+from wsnsim.records import Outlet
 from wsnsim.rng import RandomStreams
 from wsnsim.scenario.load import LoadedScenario
 from wsnsim.scenario.nodes import PlacedNode, placed_nodes
@@ -22,16 +25,18 @@ from wsnsim.sim.node import Node
 from wsnsim.sim.power import NodePower
 from wsnsim.sim.worlds import build_world
 from wsnsim.systems.base import Belief, Role, Send, Site, TrackedTarget
-from wsnsim.types import NodeId
+from wsnsim.types import ByteArray, NodeId
 from wsnsim.vision.photos import load_background
 from wsnsim.vision.portrait import Studio
 from wsnsim.vision.renderer import Renderer
 from wsnsim.world.world import World
 
-_PORTRAIT_DISTANCE_M = 4.0
+_IMAGER = "cmos"
+_PORTRAIT_PX = 640
+"""Longest side of the pictures a reference model is learned from; those of larger cameras are scaled down."""
 
 
-def build(loaded: LoadedScenario, sink: Sink) -> Simulation:
+def build(loaded: LoadedScenario) -> Simulation:
     """Return a simulation of a scenario, ready to run.
 
     Raises
@@ -43,11 +48,27 @@ def build(loaded: LoadedScenario, sink: Sink) -> Simulation:
     placed = placed_nodes(scenario)
     positions = {node.id: node.position_m for node in placed}
     base = scenario.motes.base.id
-    tree = build_tree(loaded, positions)
-    world = build_world(scenario.world, streams)
+    env, outlet = simpy.Environment(), Outlet()
+    clock = Clock(env)
+    faults = _Faults()
+    with faults.gathered():
+        tree = build_tree(loaded, positions)
+    with faults.gathered():
+        world = build_world(loaded, streams)
+    backgrounds = {}
+    for number, camera in enumerate(scenario.cameras):
+        with faults.gathered():
+            backgrounds[camera.id] = _background(loaded, number)
+    powers = {}
+    for node in placed:
+        with faults.gathered():
+            powers[node.id] = _power(clock, node, loaded)
+    faults.raise_all()
+
     rate_hz = scenario.cameras[0].rate_hz
     # a duration that is a whole number of periods keeps its last frame despite rounding
-    schedule = Schedule(rate_hz, int(scenario.duration_s * rate_hz * (1 + 1e-12)))
+    steps = int(scenario.duration_s * rate_hz * (1 + 1e-12))
+    schedule = Schedule(rate_hz, steps, loaded.system.settle_s(loaded.system_params, rate_hz))
     cameras = {
         camera.id: PinholeCamera.look_at(
             camera.position_m, camera.look_at_m, camera.focal_px, camera.resolution_px
@@ -57,13 +78,10 @@ def build(loaded: LoadedScenario, sink: Sink) -> Simulation:
     targets = _tracked_targets(scenario, world, streams)
     site = Site(cameras, targets, schedule.rate_hz, schedule.steps, streams)
 
-    env = simpy.Environment()
-    clock = Clock(env)
-    powers = {node.id: _power(clock, node, loaded) for node in placed}
     nodes: dict[NodeId, Node] = {}
     mail = MailRoom(
         clock,
-        sink,
+        outlet,
         loaded.system.payloads,
         base,
         tuple(node.id for node in placed if node.id != base),
@@ -79,7 +97,7 @@ def build(loaded: LoadedScenario, sink: Sink) -> Simulation:
             loaded.system.program(loaded.system_params, site, node.id, role),
             PLATFORMS[node.platform],
             powers[node.id],
-            sink,
+            outlet,
             _sender(mail, network, node.id),
             network.stop_node,
         )
@@ -90,30 +108,33 @@ def build(loaded: LoadedScenario, sink: Sink) -> Simulation:
         schedule=schedule,
         nodes=nodes,
         positions=positions,
-        cameras=_mote_cameras(clock, loaded, nodes, cameras, world, streams),
+        cameras=_mote_cameras(clock, scenario, nodes, cameras, backgrounds, world, streams),
         network=network,
         tree=tree,
         mail=mail,
-        sink=sink,
+        outlet=outlet,
     )
 
 
 def _tracked_targets(scenario: Scenario, world: World, streams: RandomStreams) -> tuple[TrackedTarget, ...]:
-    """Tell the system where targets start, and let it take pictures as its first camera would."""
+    """Tell the system where targets start, and let it take pictures from as far as the cameras will be."""
     first = scenario.cameras[0]
+    shrink = min(1.0, _PORTRAIT_PX / max(first.resolution_px))
+    width, height = (round(shrink * side) for side in first.resolution_px)
     tracked = []
     for target, pose in zip(world.targets, world.at(0.0), strict=True):
+        distances = [float(np.linalg.norm(pose.position - camera.position_m)) for camera in scenario.cameras]
         studio = Studio(
-            target.body,
-            pose.orientation,
-            world.light,
-            world.ambient,
-            first.focal_px,
-            first.resolution_px,
-            _PORTRAIT_DISTANCE_M,
-            first.noise_sd,
-            streams,
-            target.id,
+            body=target.body,
+            orientation=pose.orientation,
+            light=world.light,
+            ambient=world.ambient,
+            focal_px=shrink * first.focal_px,
+            resolution_px=(width, height),
+            distance_m=max(float(np.median(distances)), 3.0 * float(target.body.semi_axes_m.max())),
+            noise_sd=first.noise_sd,
+            streams=streams,
+            name=target.id,
         )
         start = Belief(pose.position, pose.velocity, pose.orientation)
         tracked.append(TrackedTarget(target.id, target.body.semi_axes_m, start, studio.portrait))
@@ -124,40 +145,66 @@ def _power(clock: Clock, node: PlacedNode, loaded: LoadedScenario) -> NodePower:
     tx_power_dbm = loaded.scenario.network.tx_power_dbm
     battery = node.battery
     capacity = battery.capacity_j if isinstance(battery, Capacity) else BATTERIES[battery.kind].capacity_j
-    imager = None if node.camera is None else IMAGERS["cmos"]
+    imager = None if node.camera is None else IMAGERS[_IMAGER]
     try:
         return NodePower(clock, capacity, PLATFORMS[node.platform], RADIOS[node.radio], tx_power_dbm, imager)
     except ValueError as error:
-        raise loaded.error(("network", "tx_power_dbm"), f"{error} (node {node.id})") from error
+        raise loaded.error(("network", "tx_power_dbm"), str(error)) from error
 
 
 def _sender(mail: MailRoom, network: Network, node: NodeId) -> Callable[[Send], None]:
     return lambda send: mail.post(network, node, send)
 
 
+def _background(loaded: LoadedScenario, number: int) -> ByteArray:
+    camera = loaded.scenario.cameras[number]
+    try:
+        return load_background(camera.background, camera.resolution_px)
+    except ValueError as error:
+        raise loaded.error(("cameras", number, "background"), str(error)) from error
+
+
 def _mote_cameras(
     clock: Clock,
-    loaded: LoadedScenario,
+    scenario: Scenario,
     nodes: dict[NodeId, Node],
     cameras: dict[NodeId, PinholeCamera],
+    backgrounds: dict[NodeId, ByteArray],
     world: World,
     streams: RandomStreams,
 ) -> tuple[MoteCamera, ...]:
     result = []
-    for number, camera in enumerate(loaded.scenario.cameras):
-        try:
-            background = load_background(camera.background, camera.resolution_px)
-        except ValueError as error:
-            raise loaded.error(("cameras", number, "background"), str(error)) from error
+    for camera in scenario.cameras:
         renderer = Renderer(
             cameras[camera.id],
             camera.id,
-            background,
+            backgrounds[camera.id],
             camera.noise_sd,
             camera.gain_jitter,
             world.light,
             world.ambient,
             streams,
         )
-        result.append(MoteCamera(clock, nodes[camera.id], renderer, IMAGERS["cmos"], world))
+        result.append(MoteCamera(clock, nodes[camera.id], renderer, IMAGERS[_IMAGER], world))
     return tuple(result)
+
+
+class _Faults:
+    """Gathers what is wrong with the parts of a scenario, to be told all at once."""
+
+    def __init__(self) -> None:
+        self._problems: list[Problem] = []
+
+    @contextmanager
+    def gathered(self) -> Iterator[None]:
+        """Go on after a part that cannot be built."""
+        try:
+            yield
+        except ScenarioError as error:
+            # what every node says alike is said once
+            self._problems += [problem for problem in error.problems if problem not in self._problems]
+
+    def raise_all(self) -> None:
+        """Raise everything that was gathered."""
+        if self._problems:
+            raise ScenarioError(self._problems)

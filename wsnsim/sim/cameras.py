@@ -22,21 +22,25 @@ class MoteCamera:
         self.renderer = renderer
         self._clock = clock
         self._world = world
+        self._reading_out = False
         self._readout_ns = to_ns(imager.capture_seconds(renderer.camera.resolution_px))
 
     def trigger(self, step: int, time: Seconds) -> None:
-        """Take frame `step` now, unless the mote is dead or its processor is busy."""
+        """Take frame `step` now, unless the mote is dead, or its processor or the imager still busy."""
         if not self.node.alive:
             return
-        if self.node.busy:
-            self.node.skip_frame(step)
+        if self.node.busy or self._reading_out:
+            what = "the processor was busy" if self.node.busy else "the imager was still reading out"
+            self.node.skip_frame(step, what)
             return
         self.node.images_taken += 1
+        self._reading_out = True
         self.node.power.camera(active=True)
         frame = Frame(step, time, self.node.id, lambda: self._render(step, time))
         self._clock.call(self._readout_ns, lambda: self._hand_over(frame))
 
     def _hand_over(self, frame: Frame) -> None:
+        self._reading_out = False
         self.node.power.camera(active=False)
         self.node.take_frame(frame)
 

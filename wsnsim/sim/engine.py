@@ -8,11 +8,11 @@ import simpy
 from wsnsim.net.clock import Clock
 from wsnsim.net.interface import Network
 from wsnsim.net.routing import Tree
-from wsnsim.records import EnergyRow, NodeRow, Sink, TruthRow, ViewRow
+from wsnsim.records import EnergyRow, LoadRow, NodeRow, Outlet, Sink, TruthRow, ViewRow
 from wsnsim.sim.cameras import MoteCamera
 from wsnsim.sim.mail import MailRoom
 from wsnsim.sim.node import Node
-from wsnsim.types import Nanoseconds, NodeId
+from wsnsim.types import Nanoseconds, NodeId, Seconds
 from wsnsim.units import instant_ns, to_s
 from wsnsim.world.world import World
 
@@ -22,10 +22,18 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class Schedule:
-    """When cameras look: instants k / rate_hz, k from 0 (truth only) to `steps`."""
+    """When cameras look: instants k / rate_hz, k from 0 (truth only) to `steps`.
+
+    Parameters
+    ----------
+    rate_hz : frame rate of all cameras [Hz]
+    steps : number of the last frame
+    settle_s : how long after a frame its estimate may still come [s]
+    """
 
     rate_hz: float
     steps: int
+    settle_s: Seconds
 
     def at_ns(self, step: int) -> Nanoseconds:
         """Return the instant of a step [ns]."""
@@ -33,8 +41,8 @@ class Schedule:
 
     @property
     def end_ns(self) -> Nanoseconds:
-        """Return the end of the run: the last frame has a whole period to be used."""
-        return self.at_ns(self.steps + 1)
+        """Return the end of the run: whole periods after the last frame, in which its estimate can come."""
+        return self.at_ns(self.steps + 1 + int(self.settle_s * self.rate_hz + 1e-6))
 
 
 @dataclass
@@ -57,20 +65,21 @@ class Simulation:
     network: Network
     tree: Tree
     mail: MailRoom
-    sink: Sink
+    outlet: Outlet
 
-    def run(self, progress: Progress | None = None) -> None:
-        """Run to the end and leave every record in the sink.
+    def run(self, sink: Sink, progress: Progress | None = None) -> None:
+        """Run to the end, once, and leave every record in `sink`.
 
         Raises
         ------
         SimulationError : a program failed
         """
-        for step in range(self.schedule.steps + 1):
-            self._schedule_step(step, progress)
+        self.outlet.connect(sink)
+        self._schedule_step(0, progress)
         for node in self.nodes.values():
             node.start()
         self.env.run(until=self.schedule.end_ns)
+        self._write_load(to_s(self.schedule.end_ns))
         self.mail.close()
         for node in self.nodes.values():
             self._write_totals(node)
@@ -81,6 +90,8 @@ class Simulation:
             if step > 0:
                 for camera in self.cameras:
                     camera.trigger(step, step / self.schedule.rate_hz)
+            if step < self.schedule.steps:
+                self._schedule_step(step + 1, progress)
             if progress is not None:
                 progress(step, self.schedule.steps)
 
@@ -91,7 +102,8 @@ class Simulation:
         poses = self.world.at(time)
         for target, pose in zip(self.world.targets, poses, strict=True):
             numbers = (*pose.position, *pose.velocity, *pose.orientation)
-            self.sink.write(TruthRow(time, target.id, *(float(number) for number in numbers)))
+            self.outlet.write(TruthRow(time, target.id, *(float(number) for number in numbers)))
+        self._write_load(time)
         bodies = [target.body for target in self.world.targets]
         for camera in self.cameras:
             width, height = camera.renderer.camera.resolution_px
@@ -99,17 +111,23 @@ class Simulation:
             for target, area in zip(self.world.targets, areas, strict=True):
                 if area >= 1.0:
                     share = float(area) / (width * height)
-                    self.sink.write(ViewRow(time, camera.node.id, target.id, float(area), share))
+                    self.outlet.write(ViewRow(time, camera.node.id, target.id, float(area), share))
+
+    def _write_load(self, time_s: Seconds) -> None:
+        app = sum(self.mail.app_tx_bytes.values())
+        mac = sum(self.network.counters(node).mac_tx_bytes for node in self.nodes)
+        self.outlet.write(LoadRow(time_s, app, mac))
 
     def _write_totals(self, node: Node) -> None:
         now = self.clock.now
         ledger = node.power.ledger
         drawn, seconds = ledger.drawn_j(now), ledger.seconds(now)
+        busy_s = seconds.get(("cpu", "work"), 0.0)
         for (component, cause), energy in sorted(drawn.items()):
-            self.sink.write(EnergyRow(node.id, component, cause, seconds[component, cause], energy))
+            self.outlet.write(EnergyRow(node.id, component, cause, seconds[component, cause], energy))
         link = self.network.counters(node.id)
         x, y, z = self.positions[node.id]
-        self.sink.write(
+        self.outlet.write(
             NodeRow(
                 node=node.id,
                 role=node.role.value,
@@ -126,8 +144,8 @@ class Simulation:
                 frames_dropped=link.frames_dropped,
                 images_taken=node.images_taken,
                 images_skipped=node.images_skipped,
-                cpu_cycles=node.cpu_cycles,
-                cpu_busy_s=to_s(node.cpu_busy_ns),
+                cpu_cycles=busy_s * node.platform.clock_hz,
+                cpu_busy_s=busy_s,
                 energy_radio_tx_j=drawn.get(("radio", "transmit"), 0.0),
                 energy_radio_rx_j=drawn.get(("radio", "receive"), 0.0),
                 energy_radio_listen_j=drawn.get(("radio", "listen"), 0.0),

@@ -1,9 +1,11 @@
 """A node at work: one processor, one program, inputs that wait while it is busy."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 
-from wsnsim.errors import SimulationError, WsnsimError
+from wsnsim.errors import OutputError, SimulationError, WsnsimError
 from wsnsim.hardware.profiles import Platform
 from wsnsim.net.clock import Clock
 from wsnsim.records import EstimateRow, EventRow, Sink
@@ -43,33 +45,26 @@ class Node:
         self.role = role
         self.power = power
         self.died_at_s: float | None = None
-        self.cpu_cycles = 0.0
-        self.cpu_busy_ns = 0
         self.images_taken = 0
         self.images_skipped = 0
         self._clock = clock
         self._program = program
-        self._platform = platform
+        self.platform = platform
         self._sink = sink
         self._send = send
         self._on_death = on_death
         self._waiting: deque[Callable[[Context], Step]] = deque()
-        self._busy = False
-        self._busy_since = 0
-        power.watch(self._die)
+        self.busy = False
+        """Whether the processor has work."""
 
     @property
     def alive(self) -> bool:
         """Whether the node still runs."""
         return self.died_at_s is None
 
-    @property
-    def busy(self) -> bool:
-        """Whether the processor has work."""
-        return self._busy
-
     def start(self) -> None:
-        """Begin the program."""
+        """Begin the program, if the battery holds anything."""
+        self.power.watch(self._die)
         self._take(self._program.on_start)
 
     def take_frame(self, frame: Frame) -> None:
@@ -80,10 +75,10 @@ class Node:
         """Give the program a message."""
         self._take(lambda ctx: self._program.on_payload(ctx, message))
 
-    def skip_frame(self, step: int) -> None:
-        """Count a frame that the processor had no time for."""
+    def skip_frame(self, step: int, why: str) -> None:
+        """Count a frame that could not be taken."""
         self.images_skipped += 1
-        self.tell("frame_skipped", f"frame {step}: the processor was busy")
+        self.tell("frame_skipped", f"frame {step}: {why}")
 
     def tell(self, kind: str, detail: str) -> None:
         """Record an event of this node."""
@@ -91,59 +86,60 @@ class Node:
 
     def _die(self) -> None:
         """Stop at once: nothing waits, nothing finishes."""
-        now = self._clock.now
+        empty = self.power.ledger.empty_at_ns()
+        self.died_at_s = to_s(self._clock.now if empty is None else min(empty, self._clock.now))
         self.tell("death", "the battery is empty")
-        self.died_at_s = to_s(now)
-        if self._busy:
-            self.cpu_busy_ns += now - self._busy_since
         self._waiting.clear()
         self._on_death(self.id)
 
-    def _take(self, work: Callable[[Context], Step]) -> None:
-        if not self.alive:
-            return
-        if self._busy:
-            self._waiting.append(work)
-        else:
-            self._begin(work)
+    def _take(self, action: Callable[[Context], Step]) -> None:
+        if self.alive:
+            self._waiting.append(action)
+            self._work_on()
 
-    def _begin(self, action: Callable[[Context], Step]) -> None:
-        now = self._clock.now
-        try:
-            step = action(Context(self.id, to_s(now), self.power.left_j()))
-        except WsnsimError:
-            raise
-        except Exception as error:
-            raise SimulationError(f"the program failed: {error!r}", to_s(now), self.id) from error
-        cycles = self._platform.cycles(step.work)
-        duration = to_ns(self._platform.seconds(step.work))
-        self.cpu_cycles += cycles
-        if duration == 0:
-            self._finish(step)
-            return
-        self._busy, self._busy_since = True, now
-        self.power.cpu(busy=True)
-        self._clock.call(duration, lambda: self._end(step))
+    def _work_on(self) -> None:
+        """Do what waits, until something takes time."""
+        while self._waiting and not self.busy:
+            action = self._waiting.popleft()
+            with self._blamed():
+                step = action(Context(self.id, to_s(self._clock.now), self.power.left_j()))
+                duration = to_ns(self.platform.seconds(step.work))
+            if duration == 0:
+                self._conclude(step)
+            else:
+                self.busy = True
+                self.power.cpu(busy=True)
+                self._clock.call(duration, partial(self._end, step))
 
     def _end(self, step: Step) -> None:
-        if not self.alive:
-            return
-        self._busy = False
-        self.cpu_busy_ns += self._clock.now - self._busy_since
-        self.power.cpu(busy=False)
-        self._finish(step)
+        if self.alive:
+            self.busy = False
+            self.power.cpu(busy=False)
+            self._conclude(step)
+            self._work_on()
 
-    def _finish(self, step: Step) -> None:
-        for note in step.notes:
-            self.tell(note.kind, note.detail)
-        for estimate in step.estimates:
-            self._sink.write(self._row(estimate))
-        for timer in step.timers:
-            self._set_timer(timer.key, timer.at)
-        for send in step.sends:
-            self._send(send)
-        if self._waiting and not self._busy:
-            self._begin(self._waiting.popleft())
+    def _conclude(self, step: Step) -> None:
+        """Let a step take effect, now that its work is done."""
+        with self._blamed():
+            for note in step.notes:
+                self.tell(note.kind, note.detail)
+            for estimate in step.estimates:
+                self._sink.write(self._row(estimate))
+            for timer in step.timers:
+                self._set_timer(timer.key, timer.at)
+            for send in step.sends:
+                self._send(send)
+
+    @contextmanager
+    def _blamed(self) -> Iterator[None]:
+        """Name time and node where a program fails, or asks for what cannot be done."""
+        try:
+            yield
+        except (SimulationError, OutputError):
+            raise
+        except Exception as error:
+            reason = str(error) if isinstance(error, WsnsimError) else repr(error)
+            raise SimulationError(f"the program failed: {reason}", to_s(self._clock.now), self.id) from error
 
     def _set_timer(self, key: str, at: float) -> None:
         delay = max(0, to_ns(at) - self._clock.now)
@@ -177,5 +173,5 @@ class Node:
             qz=qz,
             asked=estimate.asked,
             heard=estimate.heard,
-            kind="update" if estimate.heard else "prediction",
+            kind=estimate.basis.value,
         )

@@ -38,6 +38,33 @@ class RunFolder:
         self.summary = path / "summary.json"
         self.report = path / "report.html"
 
+    def check(self, force: bool = False) -> None:
+        """Refuse a folder that cannot be taken, before anything is changed.
+
+        Parameters
+        ----------
+        force : an earlier run may be replaced
+
+        Raises
+        ------
+        OutputFolderError : the folder holds a run, or is no folder
+        """
+        try:
+            taken = self.path.exists() and not self.path.is_dir()
+        except OSError as error:
+            raise OutputFolderError(
+                f"{self.path}: output must be a folder, got '{error.strerror}'"
+            ) from error
+        if taken:
+            raise OutputFolderError(f"{self.path}: output must be a folder, got a file; choose another --out")
+        existing = self._existing()
+        if existing and not force:
+            names = ", ".join(file.name for file in existing)
+            raise OutputFolderError(
+                f"{self.path}: output folder must not hold another run, found {names}; "
+                "choose another --out, or replace that run with --force"
+            )
+
     def create(self, force: bool = False) -> None:
         """Make the folder, or take an existing one that holds no run.
 
@@ -50,18 +77,10 @@ class RunFolder:
         OutputFolderError : the folder holds a run, or is no folder
         OutputError : it cannot be written to
         """
-        if self.path.exists() and not self.path.is_dir():
-            raise OutputFolderError(f"{self.path}: output must be a folder, got a file; choose another --out")
+        self.check(force)
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            existing = [file for file in self._files() if file.exists() or file.is_symlink()]
-            if existing and not force:
-                names = ", ".join(file.name for file in existing)
-                raise OutputFolderError(
-                    f"{self.path}: output folder must not hold another run, found {names}; "
-                    "choose another --out, or replace that run with --force"
-                )
-            for file in existing:
+            for file in self._existing():
                 file.unlink()
             with tempfile.TemporaryFile(dir=self.path):
                 pass
@@ -85,6 +104,9 @@ class RunFolder:
         OutputError : the file cannot be written
         """
         write_json(self.summary, figures)
+
+    def _existing(self) -> list[Path]:
+        return [file for file in self._files() if file.exists() or file.is_symlink()]
 
     def _files(self) -> tuple[Path, ...]:
         logs = (Path(f"{self.database}-wal"), Path(f"{self.database}-shm"), Path(f"{self.database}-journal"))

@@ -68,6 +68,19 @@ class Belief:
     orientation: FloatArray
 
 
+class Basis(Enum):
+    """What an estimate rests on."""
+
+    UPDATE = "update"
+    """Measurements of its instant."""
+    TIMED_OUT = "timed_out"
+    """Prediction: cameras were asked, none was heard in time."""
+    UNASKED = "unasked"
+    """Prediction: no camera has the target in view."""
+    SKIPPED = "skipped"
+    """Prediction: the tracker was still busy with an earlier instant."""
+
+
 @dataclass(frozen=True)
 class TrackEstimate:
     """A statement about where a target was at `time`."""
@@ -77,6 +90,7 @@ class TrackEstimate:
     belief: Belief
     cov: FloatArray
     """(3, 3) covariance of the position [m²]."""
+    basis: Basis
     asked: int
     """Cameras that were expected to contribute."""
     heard: int
@@ -182,6 +196,10 @@ class SystemParams(BaseModel, extra="forbid", frozen=True, allow_inf_nan=False):
 P = TypeVar("P", bound=SystemParams)
 
 
+def _one_period(params: SystemParams, rate_hz: float) -> Seconds:
+    return 1.0 / rate_hz
+
+
 @dataclass(frozen=True)
 class System(Generic[P]):
     """A tracking system as the simulator sees it."""
@@ -191,3 +209,5 @@ class System(Generic[P]):
     params: type[P]
     payloads: tuple[type[Payload], ...]
     program: Callable[[P, Site, NodeId, Role], Program]
+    settle_s: Callable[[P, float], Seconds] = _one_period
+    """How long after a frame its estimate may still come [s], from the parameters and the frame rate [Hz]."""

@@ -20,6 +20,7 @@ from wsnsim.world.motion import Pose, interpolate
 
 _REQUIRED = ("time_s", "x_m", "y_m")
 _SHOWN_PROBLEMS = 10
+_LARGEST = 1e9
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,9 +147,10 @@ def _number(row: _Row, name: str, index: int, file: Path, problems: list[Problem
         value = float(text)
     except ValueError:
         value = np.nan
-    if isfinite(value):
+    if isfinite(value) and abs(value) <= _LARGEST:
         return value
-    message = f"{name}: must be a finite number, got {text!r}"
+    must = "a finite number" if not isfinite(value) else f"a number of size {_LARGEST:g} or less"
+    message = f"{name}: must be {must}, got {text!r}"
     problems.append(Problem("", message, file, row.line, row.column(index)))
     return np.nan
 

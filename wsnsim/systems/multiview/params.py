@@ -23,8 +23,8 @@ class Likelihood(BaseModel, extra="forbid", frozen=True, allow_inf_nan=False):
 class InitialError(BaseModel, extra="forbid", frozen=True, allow_inf_nan=False):
     """Error of the manual initialisation, drawn once a run."""
 
-    position_sd_m: float = Field(0.0, ge=0, description="standard deviation on each axis [m]")
-    velocity_sd_mps: float = Field(0.0, ge=0, description="standard deviation on each axis [m/s]")
+    position_sd_m: float = Field(0.0, ge=0, le=1e3, description="standard deviation on each axis [m]")
+    velocity_sd_mps: float = Field(0.0, ge=0, le=1e3, description="standard deviation on each axis [m/s]")
 
 
 class MultiviewParams(SystemParams):
@@ -55,11 +55,12 @@ class MultiviewParams(SystemParams):
         description="share of the particles that a camera must have in view to take part",
     )
     acceleration_sd_mps2: float = Field(
-        2.0, gt=0, description="process noise of the constant-velocity Kalman filter [m/s²]"
+        2.0, ge=1e-6, le=1e4, description="process noise of the constant-velocity Kalman filter [m/s²]"
     )
     deadline_s: float | None = Field(
         None,
-        gt=0,
+        ge=1e-3,
+        le=3600,
         description="how long after a frame the base station waits for weights [s]; null: 1.8 frame periods",
     )
     initial_error: InitialError = InitialError()

@@ -54,9 +54,10 @@ def share_in_view(camera: PinholeCamera, particles: FloatArray) -> float:
 def takes_part(camera: PinholeCamera, proposal: Proposal, params: MultiviewParams) -> bool:
     """Tell whether a camera is asked at this step.
 
-    By the predictive distribution, not by its mean: after a wrong estimate the
-    cameras that could correct it are still asked. Camera and base station come
-    to the same answer without a message.
+    By the whole cloud of the predicted particles, not by its mean: after a wrong
+    estimate cameras beside the mean, which could correct it, are still asked.
+    The cloud's spread is fixed, as the 80-byte state carries no covariance.
+    Camera and base station come to the same answer without a message.
     """
     return share_in_view(camera, proposal.particles) >= params.participation_min
 

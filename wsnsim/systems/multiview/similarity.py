@@ -102,15 +102,12 @@ def particle_weights(similarity: Similarity, likelihood: Likelihood) -> FloatArr
     """Return weights (M,) relative to the largest, w = exp(λ (ρ − ρ_max)).
 
     A particle the camera cannot judge gets the mean weight of those it can:
-    the image says nothing on whether the target is out of view.
-
-    Raises
-    ------
-    ValueError : no particle is judged
+    the image says nothing on whether the target is out of view. A camera that can
+    judge none gives all the same weight.
     """
     judged = similarity.judged
     if not judged.any():
-        raise ValueError("at least one particle must be in view of the camera")
+        return np.ones(judged.size)
     rho = similarity.rho
     weights = np.exp(likelihood.sharpness * (rho - rho[judged].max()))
     return np.asarray(np.where(judged, weights, weights[judged].mean()), dtype=np.float64)

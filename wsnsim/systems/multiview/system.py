@@ -42,4 +42,5 @@ SYSTEM = System(
     params=MultiviewParams,
     payloads=(StatePayload, WeightsPayload, QuantisedWeightsPayload),
     program=make_program,
+    settle_s=MultiviewParams.deadline,
 )
