@@ -223,7 +223,7 @@ def test_a_run_that_is_stopped_says_so_and_keeps_its_records(
     assert {file.name for file in folder.iterdir()} == {"manifest.json", "scenario.yaml", "results.sqlite"}
     from wsnsim.store.reader import RunStore
 
-    assert len(RunStore(folder / "results.sqlite").table("estimates")) > 5
+    assert len(RunStore(folder / "results.sqlite").table("estimates")) > 0
 
 
 def test_a_run_that_fails_is_exit_code_1_and_marked(tmp_path: Path, scenario: Path) -> None:
