@@ -52,5 +52,5 @@ picture: run
 		--virtual-time-budget=8000 --screenshot=runs/quickstart/page.png \
 		"file://$(CURDIR)/runs/quickstart/report.html"
 	$(BIN)/python -c "from PIL import Image; \
-		Image.open('runs/quickstart/page.png').convert('RGB').crop((80, 1195, 1200, 2605)) \
-		.resize((840, 1058)).quantize(192).save('reports/quickstart.png', optimize=True)"
+		Image.open('runs/quickstart/page.png').convert('RGB').crop((80, 1225, 1200, 2725)) \
+		.resize((840, 1125)).quantize(192).save('reports/quickstart.png', optimize=True)"

@@ -57,6 +57,46 @@ def test_the_figures_are_drawn_without_an_error_and_without_a_request(report, tm
     assert "error, a patch a step" in document
 
 
+def test_the_button_shows_the_whole_network_at_equal_scale(synthetic_run, tmp_path):
+    run = synthetic_run()
+    nodes = run.tables["nodes"].copy()
+    nodes.loc[nodes["node"] == "base", "x_m"] = 60.0
+    page = tmp_path / "report.html"
+    write_report(
+        page,
+        ReportContext(
+            name="far", seed=0, system="tracker", citation="", standard="IEEE 802.15.4", size_m=run.size_m,
+            cameras=run.cameras, tables={**run.tables, "nodes": nodes}, summary=run.summary, lost_above_m=1.6,
+        ),
+    )  # fmt: skip
+    script = """<script>setTimeout(() => {
+      const map = document.getElementById("paths"), told = [];
+      const tell = () => {
+        const { xaxis: x, yaxis: y } = map._fullLayout;
+        told.push([...x.range, ...y.range, x._length, y._length].map((v) => v.toFixed(3)).join(" "));
+      };
+      const buttons = [...map.querySelectorAll(".updatemenu-button")];
+      const press = (k) => buttons[k].dispatchEvent(new MouseEvent("click", { bubbles: true }));
+      tell(); press(1);
+      setTimeout(() => { tell(); press(0); }, 500);
+      setTimeout(() => { tell(); document.title = told.join("|"); }, 1000);
+    }, 1000)</script></body>"""
+    text = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page.read_text("utf-8"))
+    page.write_text(text.replace("</body>", script), "utf-8")
+    document, console = load(page, tmp_path)
+    assert console == []
+    told = re.search("<title>(.*?)</title>", document)[1]
+    first, whole, again = ([float(v) for v in view.split()] for view in told.split("|"))
+    assert first[1] < 60 < whole[1]
+    assert again == pytest.approx(first, abs=0.1)
+    for left, right, bottom, top, width, height in (first, whole):
+        assert (right - left) / width == pytest.approx((top - bottom) / height, rel=1e-3)
+        assert left < 0
+        assert bottom < 0
+        assert right > 12
+        assert top > 9
+
+
 def test_the_browser_would_have_told_of_an_error_and_of_a_request(report, tmp_path):
     page = tmp_path / "broken.html"
     text = report.read_text("utf-8").replace(

@@ -98,3 +98,22 @@ def test_over_802_15_4_eight_bit_weights_still_track(scenarios, runs: list[Run])
     assert over(few, "position_error_mean_m").mean() < 0.06
     assert over(few, "unmeasured_steps").mean() <= 2
     assert over(few, "delivery_ratio").mean() > 0.99
+
+
+def test_raw_weights_as_printed_have_too_little_contrast(scenarios, runs: list[Run]) -> None:
+    """The printed form on the same worlds: more than twice the error, paired by seed, p < .01."""
+    path = scenarios / "published" / "multiview_setup_a.yaml"
+    printed = [run(path, seed=seed, overrides=("system.preset=published",)) for seed in range(6)]
+    ratios = np.log(over(printed, "position_error_mean_m") / over(runs[:6], "position_error_mean_m"))
+    t = (ratios.mean() - np.log(2)) / (ratios.std(ddof=1) / np.sqrt(len(ratios)))
+    assert t > 3.365  # Student's t, 5 degrees of freedom, one-sided 1 %
+
+
+@pytest.mark.parametrize(
+    "choice",
+    ["estimator=mle", "estimator=map", "participation={kind: point}", "measurement_noise={kind: fixed}"],
+)
+def test_each_option_still_tracks(scenarios, choice: str) -> None:
+    result = run(scenarios / "published" / "multiview_setup_a.yaml", overrides=(f"system.{choice}",))
+    assert result.summary["lost_fraction"] == 0
+    assert result.summary["position_error_mean_m"] < 0.1

@@ -8,8 +8,8 @@ from wsnsim.messages.state import StatePayload
 from wsnsim.messages.weights import QuantisedWeightsPayload, WeightsPayload
 from wsnsim.rng import RandomStreams
 from wsnsim.systems.base import Belief, Context, Received, Scope, Site, Step, TrackedTarget
-from wsnsim.systems.multiview.params import Likelihood, MultiviewParams
-from wsnsim.systems.multiview.proposal import participants, propose, share_in_view
+from wsnsim.systems.multiview.params import MultiviewParams, SharpenedLikelihood
+from wsnsim.systems.multiview.proposal import participants, propose
 from wsnsim.systems.multiview.reference_model import ReferenceModel, learn
 from wsnsim.systems.multiview.similarity import Similarity, compare, particle_weights
 from wsnsim.systems.multiview.t0 import T0Base, T0Camera
@@ -111,7 +111,6 @@ def test_all_nodes_draw_the_same_particles() -> None:
 def test_cameras_are_asked_by_the_whole_predictive_distribution() -> None:
     proposal = propose(StatePayload(0, 1, CENTRE, np.zeros(3), UPRIGHT), params(), site())
     assert participants(site({**CAMERAS, "away": AWAY}), proposal, params()) == ("c1", "c2")
-    assert share_in_view(AWAY, proposal.particles) == 0.0
     # a camera whose image the mean just misses is still asked
     beside = propose(
         StatePayload(0, 1, CENTRE + [-1.9, 1.9, 0.0], np.zeros(3), UPRIGHT), params(particle_sd_m=1.0), site()
@@ -138,7 +137,7 @@ def test_particles_near_the_target_weigh_most(models: tuple[ReferenceModel, ...]
     offset = proposal.particles - CENTRE
     across = np.linalg.norm(offset - np.outer(offset @ axis, axis), axis=1)
     assert similarity.rho[across < 0.1].mean() > similarity.rho[across > 0.4].mean() + 0.1
-    w = particle_weights(similarity, Likelihood())
+    w = particle_weights(similarity, SharpenedLikelihood())
     assert w.max() == 1.0
     assert np.linalg.norm((w @ proposal.particles) / w.sum() - CENTRE) < 0.15
 
@@ -147,10 +146,10 @@ def test_particles_out_of_view_get_the_mean_weight_of_the_others() -> None:
     from wsnsim.hardware.work import Work
 
     similarity = Similarity(np.array([0.9, 0.8, 0.0]), np.array([True, True, False]), Work())
-    w = particle_weights(similarity, Likelihood(sharpness=10.0))
+    w = particle_weights(similarity, SharpenedLikelihood(sharpness=10.0))
     np.testing.assert_allclose(w, [1.0, np.exp(-1.0), (1.0 + np.exp(-1.0)) / 2])
     blind = Similarity(np.zeros(2), np.zeros(2, bool), Work())
-    np.testing.assert_array_equal(particle_weights(blind, Likelihood()), [1.0, 1.0])
+    np.testing.assert_array_equal(particle_weights(blind, SharpenedLikelihood()), [1.0, 1.0])
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 
 from wsnsim.report import words
 from wsnsim.report.context import ReportContext
-from wsnsim.report.keyfigures import KEY_FIGURES
+from wsnsim.report.keyfigures import KEY_FIGURES, key_rows
 from wsnsim.report.page import render, write_report
 from wsnsim.report.rows import event_rows
 
@@ -216,9 +216,29 @@ def test_a_fine_network_gets_no_verdict_but_a_slow_processor_does(make_context):
     assert "c3 could not keep up: 4 images were skipped" in plain(verdict)
 
 
-def test_a_dead_mote_is_told(make_context):
-    verdicts = [plain(verdict) for verdict in words.verdicts(make_context(died=True))]
+def test_a_dead_mote_is_told_and_nothing_is_extrapolated(make_context):
+    context = make_context(died=True)
+    verdicts = [plain(verdict) for verdict in words.verdicts(context)]
     assert "1 node stopped during the run: c4 at 5.00 s." in verdicts
+    text = plain(words.service(context))
+    assert "a step on average over the whole run, the time after motes had stopped included," in text
+    assert text.endswith("The first battery was empty after 5.00 s; by the end 1 of 5 motes had stopped.")
+    page = plain("".join(check(render(context)).text))
+    assert "extrapolated" not in page
+    assert "At this pace" not in page
+    (drawn,) = [row for row in key_rows(context.summary, main=True) if row[3] == "energy_per_step_j"]
+    assert drawn[2].endswith("the time after motes had stopped included")
+    assert ("First battery empty", "5.00 s") in [
+        (label, plain(value)) for label, value, *_ in key_rows(context.summary, main=True)
+    ]
+
+
+def test_the_death_of_all_motes_is_told(make_context):
+    context = make_context(died=True)
+    nodes = context.tables["nodes"].copy()
+    nodes.loc[nodes["role"] != "base", "died_at_s"] = 5.0
+    dead = dataclasses.replace(context, tables={**context.tables, "nodes": nodes})
+    assert "by the end all 5 motes had stopped." in plain(words.service(dead))
 
 
 def test_a_lost_target_is_told(make_context):

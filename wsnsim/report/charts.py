@@ -5,6 +5,7 @@ shades that stand out on light and on dark ground. Text, grid and background
 come from the page, which knows which of the two it is.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,56 @@ ORANGE = "#e0a020"
 SKY = "#5ab0e0"
 GREY = "#8a9099"
 
-TARGET_COLOURS = (VERMILLION, BLUE, GREEN, PURPLE, ORANGE, SKY)
+
+@dataclass(frozen=True)
+class TargetStyle:
+    """How one target looks in every figure: a hue, dark for the truth, and a shape for its points.
+
+    Parameters
+    ----------
+    truth : colour of what really is
+    estimate : colour of what the tracker made of it
+    symbol : of the estimate's points
+    """
+
+    truth: str
+    estimate: str
+    symbol: str = "circle"
+
+
+_ALONE = TargetStyle(BLUE, VERMILLION)
+
+_PAIRS = (
+    ("#304fbf", "#7885fe"),
+    ("#8a7b00", "#cab523"),
+    ("#aa004b", "#ee5580"),
+    ("#1a857e", "#00c6bb"),
+    ("#bd5e43", "#ff9879"),
+    ("#604c8d", "#9982c8"),
+)
+"""Truth and estimate of each target, chosen to stay apart with any of the three kinds of colour blindness."""
+
+_SYMBOLS = ("circle", "square", "triangle-up", "cross", "triangle-down", "star", "triangle-left")
+"""One more than there are pairs, so that a hue that comes again has another shape."""
+
+
+def target_style(number: int, targets: int) -> TargetStyle:
+    """Return the look of a target, the same in every figure."""
+    if targets == 1:
+        return _ALONE
+    truth, estimate = _PAIRS[number % len(_PAIRS)]
+    return TargetStyle(truth, estimate, _SYMBOLS[number % len(_SYMBOLS)])
+
+
+def translucent(colour: str, opacity: float) -> str:
+    """Return a colour such as ``#d9601a`` as one that lets others shine through."""
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return f"rgba({red},{green},{blue},{opacity})"
+
+
+def explain(chart: go.Figure, name: str, **look: Any) -> None:
+    """Add an entry to the legend that stands for traces of several colours, those of its legendgroup."""
+    chart.add_scatter(x=[None], y=[None], name=name, hoverinfo="skip", **look)
 
 
 def figure(**layout: Any) -> go.Figure:

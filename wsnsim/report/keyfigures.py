@@ -1,7 +1,7 @@
 """The figures of summary.json with a label, a fitting unit and a meaning."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from wsnsim.report.wording import count, duration, length, number, percent, quantity, with_unit
 
@@ -174,8 +174,22 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
 
 def key_rows(summary: Mapping[str, float | int | None], main: bool) -> list[tuple[str, str, str, str]]:
     """Return (label, value, meaning, key) of the figures in the short table, or of the others."""
+    died = summary.get("lifetime_first_death_s") is not None
     return [
         (figure.label, figure.show(summary[figure.key]), figure.meaning, figure.key)
-        for figure in KEY_FIGURES
+        for figure in (_after_a_death() if died else KEY_FIGURES)
         if figure.main == main and figure.key in summary
     ]
+
+
+def _after_a_death() -> list[KeyFigure]:
+    """Return the figures for a run in which a battery emptied, so that nothing need be extrapolated."""
+    figures = {figure.key: figure for figure in KEY_FIGURES}
+    del figures["lifetime_first_death_extrapolated_s"]
+    first, drawn = figures["lifetime_first_death_s"], figures["energy_per_step_j"]
+    over = "; an average over the whole run, the time after motes had stopped included"
+    figures |= {
+        first.key: replace(first, meaning="when the first mote stopped", main=True),
+        drawn.key: replace(drawn, meaning=drawn.meaning + over),
+    }
+    return list(figures.values())

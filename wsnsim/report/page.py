@@ -16,10 +16,12 @@ from markupsafe import Markup
 
 from wsnsim.report import rows, words
 from wsnsim.report.bynode import bandwidth_figure, energy_figure
+from wsnsim.report.captions import paths_caption, timeline_caption
 from wsnsim.report.context import ReportContext
 from wsnsim.report.keyfigures import key_rows
 from wsnsim.report.paths import paths_figure
 from wsnsim.report.timeline import timeline_figure
+from wsnsim.report.view import world_view
 from wsnsim.report.wording import duration, listed, plural
 from wsnsim.store.folder import write_text
 
@@ -53,7 +55,9 @@ def render(context: ReportContext) -> str:
         message_rows=rows.message_rows(context),
         node_rows=rows.node_rows(context),
         event_rows=rows.event_rows(context),
-        aspect=context.size_m[1] / context.size_m[0],
+        aspect=world_view(context).aspect,
+        paths_caption=paths_caption(context),
+        timeline_caption=timeline_caption(context),
         figures={
             "paths": _json(paths_figure(context)),
             "timeline": _json(timeline_figure(context)),

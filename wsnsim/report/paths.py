@@ -4,61 +4,161 @@ After Fig. 9 of Kushwaha & Koutsoukos (2013): the narrower a patch, the better
 the estimate at that time.
 """
 
+from dataclasses import dataclass
 from html import escape
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import plotly.graph_objects as go
 
 from wsnsim.geometry.camera import PinholeCamera
-from wsnsim.report.charts import BLUE, GREEN, GREY, ORANGE, VERMILLION, axis, figure, short
+from wsnsim.report.charts import (
+    GREEN,
+    GREY,
+    ORANGE,
+    TargetStyle,
+    axis,
+    explain,
+    figure,
+    short,
+    target_style,
+    translucent,
+)
 from wsnsim.report.context import ReportContext
+from wsnsim.report.view import View, outside, whole_view, world_view
 
-_SIGHT_OF_WORLD = 0.07
-"""Length of a drawn viewing direction, in parts of the world's longer side."""
+_SIGHT_OF_VIEW = 0.07
+"""Length of a drawn viewing direction, in parts of the first view's longer side."""
+
+_ABOVE_TITLE_PX = 6
+"""Keeps the title of the x axis near it where buttons widen the margin below."""
+
+_PATCHES = "error, a patch a step"
 
 
 def paths_figure(context: ReportContext) -> go.Figure:
     """Return the paths from above, with cameras, base station and routing tree."""
-    width, depth, _ = context.size_m
-    chart = figure(xaxis=axis("x [m]"), yaxis=axis("y [m]", scaleanchor="x", scaleratio=1))
-    chart.add_shape(
-        type="rect", x0=0, y0=0, x1=width, y1=depth, line={"color": GREY, "width": 1}, layer="below"
+    view = world_view(context)
+    chart = figure(
+        xaxis=axis("x [m]", range=short(view.x)),
+        yaxis=axis("y [m]", range=short(view.y), scaleanchor="x", scaleratio=1),
     )
-    _add_tree(chart, context.tables["nodes"])
-    _add_cameras(chart, context)
-    steps = context.tables["steps"]
-    targets = list(dict.fromkeys(steps["target"]))
-    for number, target in enumerate(targets):
-        start = context.tables["truth"]
-        start = start[start["target"] == target].head(1)
-        _add_target(
-            chart, start, steps[steps["target"] == target], str(target), number == 0, len(targets) > 1
+    if outside(context):
+        chart.update_layout(
+            updatemenus=[_buttons(view, whole_view(context))], xaxis_title_standoff=_ABOVE_TITLE_PX
         )
+    _add_world(chart, context)
+    _add_tree(chart, context.tables["nodes"])
+    _add_cameras(chart, context, _SIGHT_OF_VIEW * view.longer_m)
+    steps, truth = context.tables["steps"], context.tables["truth"]
+    targets = list(dict.fromkeys(steps["target"]))
+    if len(targets) > 1:
+        _explain_several(chart)
+    for number, target in enumerate(targets):
+        rows = steps[steps["target"] == target]
+        start = truth[truth["target"] == target].head(1)
+        style = target_style(number, len(targets))
+        _add_target(chart, start, rows, style, _Naming(str(target), number, len(targets) == 1))
     _add_stations(chart, context.tables["nodes"])
     return chart
 
 
+@dataclass(frozen=True)
+class _Naming:
+    """How the traces of one target are called and grouped in the legend."""
+
+    target: str
+    number: int
+    alone: bool
+
+    def of(self, what: str) -> str:
+        return what if self.alone else f"{escape(self.target)}: {what}"
+
+    def group(self, alone: str) -> str:
+        return alone if self.alone else f"target {self.number}"
+
+
+def _buttons(world: View, whole: View) -> dict[str, Any]:
+    """Return two buttons below the map; their colours fit light and dark ground, as plotly's own do not."""
+    views = {"world": world, "whole network": whole}
+    return {
+        "type": "buttons",
+        "direction": "right",
+        "x": 1,
+        "xanchor": "right",
+        "y": 0,
+        "yanchor": "top",
+        "pad": {"t": 28},
+        "bgcolor": "#cdd4de",
+        "bordercolor": GREY,
+        "font": {"color": "#1c2430"},
+        "buttons": [
+            {
+                "label": label,
+                "method": "relayout",
+                "args": [{"xaxis.range": short(view.x), "yaxis.range": short(view.y)}],
+            }
+            for label, view in views.items()
+        ],
+    }
+
+
+def _add_world(chart: go.Figure, context: ReportContext) -> None:
+    width, depth, _ = context.size_m
+    chart.add_scatter(
+        x=short([0, width, width, 0, 0]),
+        y=short([0, 0, depth, depth, 0]),
+        mode="lines",
+        line={"color": GREY, "width": 1.5},
+        name="edge of the world",
+        legendrank=7,
+        hoverinfo="skip",
+    )
+
+
+def _explain_several(chart: go.Figure) -> None:
+    """Explain patches and starting points in grey, since every target has them in a colour of its own."""
+    explain(
+        chart,
+        _PATCHES,
+        mode="lines",
+        fill="toself",
+        fillcolor=translucent(GREY, 0.22),
+        line={"color": GREY, "width": 0.5},
+        legendrank=3,
+        legendgroup="patches",
+    )
+    explain(
+        chart,
+        "start",
+        mode="markers",
+        marker={"color": GREY, "size": 9, "symbol": "diamond"},
+        legendrank=4,
+        legendgroup="start",
+    )
+
+
 def _add_target(
-    chart: go.Figure, start: pd.DataFrame, steps: pd.DataFrame, target: str, legend: bool, label: bool
+    chart: go.Figure, start: pd.DataFrame, steps: pd.DataFrame, style: TargetStyle, naming: _Naming
 ) -> None:
     true = np.vstack(
         [start[["x_m", "y_m"]].to_numpy(float), steps[["truth_x_m", "truth_y_m"]].to_numpy(float)]
     )
     believed = np.vstack([true[:1], steps[["estimate_x_m", "estimate_y_m"]].to_numpy(float)])
-    name = escape(target)
+    name = escape(naming.target)
     xs, ys = _patches(true, believed)
     chart.add_scatter(
         x=xs,
         y=ys,
         mode="lines",
         fill="toself",
-        fillcolor="rgba(217,96,26,0.22)",
-        line={"color": VERMILLION, "width": 0.5},
-        name="error, a patch a step",
+        fillcolor=translucent(style.estimate, 0.22),
+        line={"color": style.estimate, "width": 0.5},
+        name=_PATCHES,
         legendrank=3,
         legendgroup="patches",
-        showlegend=legend,
+        showlegend=naming.alone,
         hoverinfo="skip",
     )
     times = [0.0, *steps["time_s"].tolist()]
@@ -67,11 +167,10 @@ def _add_target(
         x=short(true[:, 0]),
         y=short(true[:, 1]),
         mode="lines",
-        line={"color": BLUE, "width": 2.5},
-        name="true path",
+        line={"color": style.truth, "width": 2.5},
+        name=naming.of("true path"),
         legendrank=1,
-        legendgroup="truth",
-        showlegend=legend,
+        legendgroup=naming.group("truth"),
         text=hover,
         hovertemplate="%{text}, true position<extra></extra>",
     )
@@ -81,26 +180,28 @@ def _add_target(
         y=short(believed[1:, 1]),
         mode="lines+markers",
         connectgaps=False,
-        line={"color": VERMILLION, "width": 1.5},
-        name="estimate",
+        line={"color": style.estimate, "width": 1.5},
+        name=naming.of("estimate"),
         legendrank=2,
-        legendgroup="estimate",
-        showlegend=legend,
-        marker={"size": 5, "symbol": ["circle" if k == "update" else "circle-open" for k in steps["kind"]]},
+        legendgroup=naming.group("estimate"),
+        marker={
+            "size": 5 if naming.alone else 6,
+            "symbol": [style.symbol if k == "update" else f"{style.symbol}-open" for k in steps["kind"]],
+        },
         text=[f"{place}<br>{error}" for place, error in zip(hover[1:], errors[1:], strict=True)],
         hovertemplate="%{text}<extra></extra>",
     )
     chart.add_scatter(
         x=short(true[:1, 0]),
         y=short(true[:1, 1]),
-        mode="markers+text" if label else "markers",
+        mode="markers" if naming.alone else "markers+text",
         text=[name],
         textposition="top center",
-        marker={"color": BLUE, "size": 9, "symbol": "diamond"},
+        marker={"color": style.truth, "size": 9, "symbol": "diamond"},
         name="start",
         legendrank=4,
         legendgroup="start",
-        showlegend=legend,
+        showlegend=naming.alone,
         hoverinfo="skip",
     )
 
@@ -141,8 +242,7 @@ def _add_tree(chart: go.Figure, nodes: pd.DataFrame) -> None:
     )
 
 
-def _add_cameras(chart: go.Figure, context: ReportContext) -> None:
-    sight_m = _SIGHT_OF_WORLD * max(context.size_m[:2])
+def _add_cameras(chart: go.Figure, context: ReportContext, sight_m: float) -> None:
     xs: list[float | None] = []
     ys: list[float | None] = []
     for camera in context.cameras.values():
@@ -167,7 +267,10 @@ def _add_cameras(chart: go.Figure, context: ReportContext) -> None:
         y=short([camera.position[1] for camera in context.cameras.values()]),
         mode="markers+text",
         text=[escape(name) for name in names],
-        textposition="bottom center",
+        textposition=[
+            "top center" if camera.rotation[2, 1] < 0 else "bottom center"
+            for camera in context.cameras.values()
+        ],
         marker={"color": GREEN, "size": 7},
         name="camera",
         legendgroup="cameras",

@@ -262,8 +262,10 @@ def _energy(context: ReportContext) -> list[str]:
     causes = {column: busiest[column] for column in ENERGY_COLUMNS}
     column = max(causes, key=lambda name: causes[name])
     total = sum(causes.values())
+    deaths = int(motes["died_at_s"].notna().sum())
+    over = " on average over the whole run, the time after motes had stopped included" if deaths else ""
     sentences = [
-        f"The motes drew {quantity(figures['energy_per_step_j'], 'J')} a step, "
+        f"The motes drew {quantity(figures['energy_per_step_j'], 'J')} a step{over}, "
         f"{quantity(figures['energy_total_j'], 'J')} in all."
     ]
     if total > 0:
@@ -272,6 +274,12 @@ def _energy(context: ReportContext) -> list[str]:
             f"{percent(causes[column] / total)} of it for {ENERGY_USES[column]}."
         )
     lifetime = figures["lifetime_first_death_extrapolated_s"]
-    if lifetime is not None:
+    if deaths:
+        first, motes_in_all = duration(figures["lifetime_first_death_s"]), plural(len(motes), "mote")
+        stopped = "all" if deaths == len(motes) else f"{count(deaths)} of"
+        sentences.append(
+            f"The first battery was empty after {first}; by the end {stopped} {motes_in_all} had stopped."
+        )
+    elif lifetime is not None:
         sentences.append(f"At this pace the first battery lasts {duration(lifetime)}.")
     return sentences

@@ -16,19 +16,24 @@
     return dressed;
   }
 
-  function draw(chart) {
+  function plot(chart, legend) {
     const figure = JSON.parse(document.getElementById(chart.id + "-data").textContent);
     const layout = theme(figure.layout);
     const width = chart.clientWidth;
-    // A legend takes one line on a wide page and about a line for two entries on a phone.
-    const shown = figure.data.filter((trace) => trace.showlegend !== false).length;
-    const legend = width < 600 ? 20 * shown : 24 * Math.ceil(shown / 8);
-    if (chart.dataset.aspect) {
-      layout.height = Math.min(Math.max((width - 60) * Number(chart.dataset.aspect) + 70, 260), 700) + legend;
-    } else {
-      layout.height = (layout.height || 360) + legend;
-    }
+    // The buttons below a map take a line of their own.
+    const buttons = layout.updatemenus ? 20 : 0;
+    const height = chart.dataset.aspect
+      ? Math.min(Math.max((width - 60) * Number(chart.dataset.aspect) + 70, 260), 700) + buttons
+      : layout.height || 360;
+    layout.height = height + legend;
     return Plotly.react(chart, figure.data, layout, { responsive: true, displayModeBar: false });
+  }
+
+  // A legend pushes the figure down by as much as it takes, which only plotly knows.
+  async function draw(chart) {
+    await plot(chart, 300);
+    const legend = chart.querySelector(".legend .bg");
+    await plot(chart, legend ? Number(legend.getAttribute("height")) : 0);
   }
 
   charts.forEach(draw);

@@ -11,8 +11,8 @@ import numpy as np
 from wsnsim.geometry.camera import PinholeCamera
 from wsnsim.messages.state import StatePayload
 from wsnsim.systems.base import Site
-from wsnsim.systems.multiview.params import MultiviewParams
-from wsnsim.types import FloatArray, NodeId
+from wsnsim.systems.multiview.params import MultiviewParams, PointParticipation
+from wsnsim.types import BoolArray, FloatArray, NodeId
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,29 +37,33 @@ def propose(state: StatePayload, params: MultiviewParams, site: Site) -> Proposa
     return Proposal(mean, params.particle_sd_m**2 * np.eye(3), mean + params.particle_sd_m * draws)
 
 
-def share_in_view(camera: PinholeCamera, particles: FloatArray) -> float:
-    """Return the share of particles (M, 3) whose centre falls into a camera's image."""
-    pixels, depths = camera.project(particles)
+def in_view(camera: PinholeCamera, points: FloatArray) -> BoolArray:
+    """Tell which points (m, 3) fall into a camera's image."""
+    pixels, depths = camera.project(points)
     width, height = camera.resolution_px
-    inside = (
+    return np.asarray(
         (depths > 0)
         & (pixels[:, 0] > -0.5)
         & (pixels[:, 0] < width - 0.5)
         & (pixels[:, 1] > -0.5)
-        & (pixels[:, 1] < height - 0.5)
+        & (pixels[:, 1] < height - 0.5),
+        dtype=np.bool_,
     )
-    return float(np.mean(inside))
 
 
 def takes_part(camera: PinholeCamera, proposal: Proposal, params: MultiviewParams) -> bool:
     """Tell whether a camera is asked at this step.
 
-    By the whole cloud of the predicted particles, not by its mean: after a wrong
-    estimate cameras beside the mean, which could correct it, are still asked.
-    The cloud's spread is fixed, as the 80-byte state carries no covariance.
-    Camera and base station come to the same answer without a message.
+    By the whole cloud of the predicted particles: after a wrong estimate cameras
+    beside the mean, which could correct it, are still asked. The cloud's spread
+    is fixed, as the 80-byte state carries no covariance. Or by the predicted
+    point, as printed. Camera and base station come to the same answer without a
+    message.
     """
-    return share_in_view(camera, proposal.particles) >= params.participation_min
+    rule = params.participation
+    if isinstance(rule, PointParticipation):
+        return bool(in_view(camera, proposal.mean[None])[0])
+    return float(np.mean(in_view(camera, proposal.particles))) >= rule.share_min
 
 
 def participants(site: Site, proposal: Proposal, params: MultiviewParams) -> tuple[NodeId, ...]:

@@ -10,7 +10,7 @@ from wsnsim.geometry.quadrics import ellipsoid_outlines, outline_box
 from wsnsim.geometry.rotations import quaternion_to_matrix
 from wsnsim.hardware.work import Work
 from wsnsim.kernels.histograms import particle_histogram_similarities
-from wsnsim.systems.multiview.params import Likelihood
+from wsnsim.systems.multiview.params import Likelihood, RawLikelihood
 from wsnsim.systems.multiview.proposal import Proposal
 from wsnsim.systems.multiview.reference_model import ReferenceModel
 from wsnsim.systems.multiview.viewpoints import nearest_viewpoint
@@ -19,6 +19,8 @@ from wsnsim.vision.features import FeatureSpace
 
 _JUDGED = 0.5
 """Share of a particle's kernel mass that must lie in the image for the camera to judge it."""
+
+_LEAST_RHO = 1e-9
 
 # Operations of the mote's own integer implementation, counted from its inner loops.
 _BINNING_OPS_PER_PIXEL = 90.0  # hue by division, saturation, eight LBP comparisons, table look-ups
@@ -99,7 +101,7 @@ def compare(
 
 
 def particle_weights(similarity: Similarity, likelihood: Likelihood) -> FloatArray:
-    """Return weights (M,) relative to the largest, w = exp(λ (ρ − ρ_max)).
+    """Return weights (M,): w = exp(λ (ρ − ρ_max)), relative to the largest, or the raw w = ρ.
 
     A particle the camera cannot judge gets the mean weight of those it can:
     the image says nothing on whether the target is out of view. A camera that can
@@ -109,5 +111,9 @@ def particle_weights(similarity: Similarity, likelihood: Likelihood) -> FloatArr
     if not judged.any():
         return np.ones(judged.size)
     rho = similarity.rho
-    weights = np.exp(likelihood.sharpness * (rho - rho[judged].max()))
+    if isinstance(likelihood, RawLikelihood):
+        # Identical histograms of nothing have ρ = 0: never a weight of all zeros.
+        weights = np.maximum(rho, _LEAST_RHO)
+    else:
+        weights = np.exp(likelihood.sharpness * (rho - rho[judged].max()))
     return np.asarray(np.where(judged, weights, weights[judged].mean()), dtype=np.float64)

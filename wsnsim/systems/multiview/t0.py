@@ -23,7 +23,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from wsnsim.estimation.kalman import Gaussian
-from wsnsim.estimation.particles import mean_and_cov, normalised, spacing_variance, without_prior
+from wsnsim.estimation.particles import (
+    Evidence,
+    mean_and_cov,
+    normalised,
+    spacing_variance,
+    without_prior,
+)
 from wsnsim.hardware.work import Work
 from wsnsim.messages.state import StatePayload
 from wsnsim.messages.weights import QuantisedWeightsPayload, WeightsPayload
@@ -41,8 +47,9 @@ from wsnsim.systems.base import (
     TrackedTarget,
     TrackEstimate,
 )
+from wsnsim.systems.multiview.estimators import position_estimate
 from wsnsim.systems.multiview.filtering import advance, correct, position_cov, start
-from wsnsim.systems.multiview.params import MultiviewParams
+from wsnsim.systems.multiview.params import FixedNoise, MultiviewParams
 from wsnsim.systems.multiview.proposal import Proposal, participants, propose, takes_part
 from wsnsim.systems.multiview.reference_model import ReferenceModel
 from wsnsim.systems.multiview.similarity import compare, particle_weights
@@ -264,13 +271,26 @@ class T0Base:
         proposal = track.proposal
         # a weight of zero from one camera is not proof: it must not rule a particle out for all
         logs = [np.log(np.maximum(weights, _LEAST_WEIGHT)) for weights in track.weights.values()]
-        mean, cov = mean_and_cov(proposal.particles, normalised(np.sum(logs, axis=0)))
-        unresolved = spacing_variance(proposal.cov, self._params.particles)
-        state = correct(predicted, without_prior(mean, cov, proposal.mean, proposal.cov, unresolved))
+        weights = normalised(np.sum(logs, axis=0))
+        mean, cov = mean_and_cov(proposal.particles, weights)
+        position = position_estimate(
+            self._params.estimator,
+            proposal.particles,
+            weights,
+            predicted.mean[:3],
+            position_cov(predicted),
+        )
+        noise = self._params.measurement_noise
+        if isinstance(noise, FixedNoise):
+            evidence = Evidence(position, np.eye(3), noise.sd_m**2 * np.eye(3))
+        else:
+            unresolved = spacing_variance(proposal.cov, self._params.particles)
+            evidence = without_prior(mean, cov, proposal.mean, proposal.cov, unresolved)
+        state = correct(predicted, evidence)
         estimate = TrackEstimate(
             time=track.step * self._dt,
             track=track.target.id,
-            belief=Belief(mean, state.mean[3:], track.sent.orientation),
+            belief=Belief(position, state.mean[3:], track.sent.orientation),
             cov=cov,
             basis=Basis.UPDATE,
             asked=len(track.asked),
