@@ -85,17 +85,18 @@ def test_over_802_15_4_eight_bit_weights_still_track(scenarios, runs: list[Run])
     """Four cameras of 1000 weights a byte each are 129 kbit/s at 4 Hz, more than CSMA/CA carries.
 
     The base station waits for late weights and skips frames: it tracks at about 2 Hz. With 250
-    particles every frame fits.
+    particles every frame fits. Over 15 seeds the errors are 0.063 m (sd 0.008) and 0.042 m (sd 0.005);
+    the bounds are the means plus five standard errors of five runs.
     """
     path = scenarios / "published" / "multiview_setup_a.yaml"
     radio = ("network.standard=ieee802154", "system.encoding=uint8")
     many = [run(path, seed=seed, overrides=radio) for seed in range(5)]
     assert over(many, "lost_fraction").sum() == 0
-    assert over(many, "position_error_mean_m").mean() < 0.12
-    assert (over(many, "unmeasured_steps") <= 24).all()
+    assert over(many, "position_error_mean_m").mean() < 0.063 + 5 * 0.008 / np.sqrt(5)
+    assert (over(many, "unmeasured_steps") == 18).all()
     few = [run(path, seed=seed, overrides=(*radio, "system.particles=250")) for seed in range(5)]
     assert over(few, "lost_fraction").sum() == 0
-    assert over(few, "position_error_mean_m").mean() < 0.06
+    assert over(few, "position_error_mean_m").mean() < 0.042 + 5 * 0.005 / np.sqrt(5)
     assert over(few, "unmeasured_steps").mean() <= 2
     assert over(few, "delivery_ratio").mean() > 0.99
 

@@ -8,6 +8,7 @@ import click
 from wsnsim.errors import OutputFolderError, ScenarioError, WsnsimError
 
 FINE, FAILED, USAGE, EXPECTATION, INTERRUPTED = 0, 1, 2, 3, 130
+_NOBODY_READS = 141  # 128 + SIGPIPE, what other tools leave with
 
 _COMMANDS = {
     "run": "Run a scenario and write its results into a folder.",
@@ -77,7 +78,7 @@ def main() -> None:
         # nobody reads our output any more, or it has nowhere to go: no traceback on the way out
         sys.stdout = None
         if isinstance(error, BrokenPipeError):
-            sys.exit(FINE)
+            sys.exit(_NOBODY_READS)
         _say(f"Error: {error}")
         sys.exit(FAILED)
     # click hands back what a command or `ctx.exit` returned

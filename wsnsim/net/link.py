@@ -8,10 +8,11 @@ node forwards (the hybrid send queue of the Collection Tree Protocol: Gnawali
 et al., SenSys 2009).
 
 Unicast: relays forward fragments one by one (mesh-under); a source gives a
-datagram up with its first lost fragment, or when it expires. Dissemination: each node with
-children broadcasts once what it hears from its parent, and takes nothing from
-anyone else; so a fragment that a node did not hear never comes again, and the
-node and all below it are lost for the datagram at that instant.
+datagram up with its first lost fragment, or when it expires. Dissemination:
+each node with children broadcasts once what it hears from its parent, and
+takes nothing from anyone else; so a fragment that a node did not hear never
+comes again, and the node and all below it are lost for the datagram at that
+instant.
 """
 
 from collections import deque

@@ -52,7 +52,7 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
     KeyFigure(
         "lost_fraction",
         "Targets lost",
-        "targets whose last estimate is too far off to speak of tracking, or that have none",
+        "targets whose last estimate is too far off to speak of tracking, or that were never measured",
         percent,
         True,
     ),

@@ -44,18 +44,18 @@ class Node:
         self.id = node
         self.role = role
         self.power = power
+        self.platform = platform
+        self.busy = False
+        """Whether the processor has work."""
         self.died_at_s: float | None = None
         self.images_taken = 0
         self.images_skipped = 0
         self._clock = clock
         self._program = program
-        self.platform = platform
         self._sink = sink
         self._send = send
         self._on_death = on_death
         self._waiting: deque[Callable[[Context], Step]] = deque()
-        self.busy = False
-        """Whether the processor has work."""
 
     @property
     def alive(self) -> bool:

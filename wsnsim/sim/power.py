@@ -8,9 +8,6 @@ from wsnsim.net.clock import Clock
 from wsnsim.types import Nanoseconds
 from wsnsim.units import NS_PER_S
 
-_CLOSE_NS = 1000
-"""No component changes state and back within this time: close enough to the end to look at the end itself."""
-
 
 class NodePower:
     """Tells the ledger of every change of state of a node's components.
@@ -81,16 +78,12 @@ class NodePower:
         """
         if self.ledger.capacity_j is None:
             return
-        now = self._clock.now
         left_j = self.left_j()
         if left_j <= 0.0:
             on_empty()
             return
-        look = now + max(1, int(left_j / self._most_w * NS_PER_S))
-        empty = self.ledger.empty_at_ns()
-        if empty is not None and look + _CLOSE_NS >= empty:
-            look = empty
-        self._clock.call(look - now, lambda: self.watch(on_empty))
+        wait = max(1, int(left_j / self._most_w * NS_PER_S))
+        self._clock.call(wait, lambda: self.watch(on_empty))
 
     def _enter(self, component: str, cause: str, power_w: float) -> None:
         self.ledger.enter(self._clock.now, component, cause, power_w)

@@ -6,14 +6,14 @@ Kushwaha & Koutsoukos 2013, Algorithm 1, in the mended form. One step k:
 2. each camera that the predicted particles fall into compares them with its
    image and sends one weight a particle;
 3. when all have answered, or at the deadline, the base station multiplies the
-   weights, takes the mean (MMSE), corrects its Kalman filter, and goes on with
+   weights, takes their mean or best particle, corrects its Kalman filter, and goes on with
    the next frame to come. Frames that passed meanwhile get a prediction.
 
 Every message carries its step. A camera without the state of its frame's step
 stays silent and says so; weights of another step are not mixed in. The
 orientation stays that of the initialisation: T0 does not estimate it yet.
 
-The position and covariance of an estimate are those of the weighted particles.
+The position and covariance of an update are those of the weighted particles.
 A sharpened Bhattacharyya coefficient is no calibrated likelihood: in setup A
 the covariance is three to four times too wide.
 """
