@@ -7,8 +7,8 @@ from wsnsim.geometry.camera import PinholeCamera
 from wsnsim.geometry.rotations import normalise, quaternion_to_matrix
 from wsnsim.rng import RandomStreams
 from wsnsim.vision.renderer import Renderer
+from wsnsim.world.bodies import Body, PatchTexture
 from wsnsim.world.motion import Pose
-from wsnsim.world.targets import PatchTexture, TargetBody
 
 WIDTH, HEIGHT = 120, 90
 CAMERA = PinholeCamera.look_at((0.0, 0.0, 2.0), (5.0, 1.0, 1.0), 110.0, (WIDTH, HEIGHT))
@@ -21,7 +21,7 @@ def scene(seed, count=4):
     generator = np.random.default_rng(seed)
     bodies, poses = [], []
     for _ in range(count):
-        bodies.append(TargetBody(generator.uniform(0.15, 0.7, 3), PatchTexture.random(generator)))
+        bodies.append(Body(generator.uniform(0.15, 0.7, 3), PatchTexture.random(generator)))
         ahead = generator.uniform(1.2, 5.0)
         position = CAMERA.position + CAMERA.rotation.T @ (
             ahead * np.append(generator.uniform(-0.5, 0.5, 2), 1)
@@ -91,7 +91,7 @@ def test_image_and_areas_equal_the_twin(seed):
 def test_body_cut_by_the_camera_plane_is_drawn_in_full():
     # Beside the camera and reaching past its plane: the outline in the image is no ellipse.
     generator = np.random.default_rng(9)
-    body = TargetBody(np.array([0.9, 0.5, 0.4]), PatchTexture.random(generator))
+    body = Body(np.array([0.9, 0.5, 0.4]), PatchTexture.random(generator))
     position = CAMERA.position + CAMERA.rotation.T @ np.array([0.6, 0.2, 0.35])
     pose = Pose(position, np.zeros(3), normalise([1.0, 0.2, 0.1, 0.4]))
     expected, areas = twin([body], [pose], background(0))
@@ -103,7 +103,7 @@ def test_body_cut_by_the_camera_plane_is_drawn_in_full():
 
 @pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), (0.1, 0.0, 0.1), (0.0, 0.0, -3.0), (0.0, 0.0, -0.41)])
 def test_body_round_or_behind_the_camera_is_not_drawn(offset):
-    body = TargetBody(np.full(3, 0.4), PatchTexture.random(np.random.default_rng(0)))
+    body = Body(np.full(3, 0.4), PatchTexture.random(np.random.default_rng(0)))
     pose = Pose(CAMERA.position + CAMERA.rotation.T @ np.array(offset), np.zeros(3), normalise([1, 0, 0, 0]))
     found = renderer(background(0))
     assert found.visible_pixels([body], [pose]).tolist() == [0.0]

@@ -10,8 +10,8 @@ from wsnsim.geometry.quadrics import ellipsoid_outlines
 from wsnsim.geometry.rotations import IDENTITY, normalise, quaternion_from_axis_angle, quaternion_multiply
 from wsnsim.rng import RandomStreams
 from wsnsim.vision.renderer import Renderer, look
+from wsnsim.world.bodies import Body, PatchTexture
 from wsnsim.world.motion import Pose
-from wsnsim.world.targets import PatchTexture, TargetBody
 
 SEED = int(os.environ.get("WSNSIM_TEST_SEED", "0"))
 QVGA = (320, 240)
@@ -39,7 +39,7 @@ def standing(x, y=0.0, z=2.0, orientation=IDENTITY):
 
 def test_area_is_that_of_the_outline():
     generator = np.random.default_rng(SEED)
-    body = TargetBody(BOX, WHITE)
+    body = Body(BOX, WHITE)
     errors = []
     for _ in range(60):
         distance = generator.uniform(2.0, 9.0)
@@ -56,7 +56,7 @@ def test_area_is_that_of_the_outline():
 
 
 def test_area_of_a_body_smaller_than_a_pixel():
-    body = TargetBody(np.full(3, 0.05), WHITE)
+    body = Body(np.full(3, 0.05), WHITE)
     generator = np.random.default_rng(SEED)
     pixel = 40.0 / 300.0
     shifts = generator.uniform(-2 * pixel, 2 * pixel, (400, 2))
@@ -67,7 +67,7 @@ def test_area_of_a_body_smaller_than_a_pixel():
 
 
 def test_border_of_the_image_cuts_a_body_in_half():
-    body = TargetBody(np.full(3, 0.4), WHITE)
+    body = Body(np.full(3, 0.4), WHITE)
     whole = make().visible_pixels([body], [standing(4.0)])[0]
     # A sphere's outline at the border is a little wider; its centre must lie on the border.
     for low, high in [(1.9, 2.5)]:
@@ -83,7 +83,7 @@ def test_border_of_the_image_cuts_a_body_in_half():
 
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
 def test_the_nearer_body_hides_the_farther(order):
-    bodies = [TargetBody(np.full(3, 0.4), RED), TargetBody(np.full(3, 0.2), WHITE)]
+    bodies = [Body(np.full(3, 0.4), RED), Body(np.full(3, 0.2), WHITE)]
     poses = [standing(5.0), standing(3.0)]
     bodies, poses = [bodies[i] for i in order], [poses[i] for i in order]
     alone = [make().visible_pixels([body], [pose])[0] for body, pose in zip(bodies, poses, strict=True)]
@@ -99,14 +99,14 @@ def test_the_nearer_body_hides_the_farther(order):
 
 
 def test_a_body_in_the_shadow_of_a_larger_one_is_hidden():
-    bodies = [TargetBody(np.full(3, 0.2), RED), TargetBody(np.full(3, 0.4), WHITE)]
+    bodies = [Body(np.full(3, 0.2), RED), Body(np.full(3, 0.4), WHITE)]
     assert make().visible_pixels(bodies, [standing(5.0), standing(3.0)])[0] == 0.0
 
 
 def test_lambert_shading_of_a_sphere():
     # Far away, so that rays are parallel: at a share s of the radius n·l = √(1 - s²).
     camera = PinholeCamera.look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 100_000.0, (201, 201))
-    body = TargetBody(np.full(3, 1.0), WHITE)
+    body = Body(np.full(3, 1.0), WHITE)
     pose = Pose(np.array([1250.0, 0.0, 0.0]), np.zeros(3), IDENTITY)
     radius = 100_000.0 / 1250.0
     for light, ambient in ((BACK, 0.25), (-BACK, 0.25), (np.array([0.0, 0.0, 1.0]), 0.4)):
@@ -120,7 +120,7 @@ def test_lambert_shading_of_a_sphere():
 
 
 def test_edges_are_blended_with_the_background():
-    image = make(level=0).render(1, [TargetBody(np.full(3, 0.4), WHITE)], [standing(4.0)])
+    image = make(level=0).render(1, [Body(np.full(3, 0.4), WHITE)], [standing(4.0)])
     levels = np.unique(image[:, :, 0])
     # Sixteen samples a pixel: sixteenths of 240.
     assert {0, 240} <= set(levels.tolist())
@@ -130,7 +130,7 @@ def test_edges_are_blended_with_the_background():
 
 def test_texture_turns_with_the_body():
     generator = np.random.default_rng(SEED + 1)
-    body = TargetBody(BOX, PatchTexture.random(generator))
+    body = Body(BOX, PatchTexture.random(generator))
     standing_up = normalise(generator.normal(size=4))
     turn = quaternion_from_axis_angle((0.0, 0.0, 1.0), 0.9)
     rotation = np.array([[np.cos(0.9), -np.sin(0.9), 0.0], [np.sin(0.9), np.cos(0.9), 0.0], [0.0, 0.0, 1.0]])
@@ -150,7 +150,7 @@ def test_texture_turns_with_the_body():
 
 
 def test_images_depend_on_seed_camera_and_step_only():
-    body = TargetBody(BOX, PatchTexture.random(np.random.default_rng(1)))
+    body = Body(BOX, PatchTexture.random(np.random.default_rng(1)))
     pose = standing(4.0)
     renderer = make(5.0, 0.02)
     forwards = [renderer.render(step, [body], [pose]) for step in (1, 2, 3)]

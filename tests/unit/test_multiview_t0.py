@@ -18,14 +18,14 @@ from wsnsim.vision.features import FeatureSpace
 from wsnsim.vision.frame import Frame
 from wsnsim.vision.portrait import Studio
 from wsnsim.vision.renderer import Renderer
+from wsnsim.world.bodies import Body, PatchTexture
 from wsnsim.world.motion import Pose
-from wsnsim.world.targets import PatchTexture, TargetBody
 
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 CENTRE = np.array([3.5, 3.5, 1.1])
 LIGHT = np.array([0.0, 0.0, 1.0])
 STREAMS = RandomStreams(5)
-BODY = TargetBody(np.array([0.40, 0.28, 0.34]), PatchTexture.random(STREAMS.stream("texture"), 18, 9))
+BODY = Body(np.array([0.40, 0.28, 0.34]), PatchTexture.random(STREAMS.stream("texture"), 18, 9))
 STUDIO = Studio(BODY, UPRIGHT, LIGHT, 0.6, 300.0, (320, 240), 4.0, 5.0, STREAMS, "box")
 TARGET = TrackedTarget("box", BODY.semi_axes_m, Belief(CENTRE, np.zeros(3), UPRIGHT), STUDIO.portrait)
 

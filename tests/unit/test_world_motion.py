@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from wsnsim.geometry.rotations import IDENTITY, quaternion_from_axis_angle
+from wsnsim.world.bodies import Body, PatchTexture
 from wsnsim.world.motion import Waypoints, jittered
-from wsnsim.world.targets import PatchTexture, TargetBody
 from wsnsim.world.world import Target, World
 
 CORNER = np.array([[0.0, 0.0, 1.0], [3.0, 0.0, 1.0], [3.0, 4.0, 1.0]])
@@ -90,7 +90,7 @@ def test_jitter_moves_a_copy_by_its_standard_deviation():
 
 
 def test_world_tells_the_poses_in_the_order_of_its_targets():
-    body = TargetBody(np.full(3, 0.3), PatchTexture(np.array([[1.0, 0, 0]]), np.zeros((1, 3))))
+    body = Body(np.full(3, 0.3), PatchTexture(np.array([[1.0, 0, 0]]), np.zeros((1, 3))))
     turn = quaternion_from_axis_angle((0, 0, 1), 1.0)
     targets = (
         Target("a", body, Waypoints(CORNER, 1.0)),

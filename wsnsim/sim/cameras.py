@@ -45,5 +45,4 @@ class MoteCamera:
         self.node.take_frame(frame)
 
     def _render(self, step: int, time: Seconds) -> ByteArray:
-        bodies = [target.body for target in self._world.targets]
-        return self.renderer.render(step, bodies, self._world.at(time))
+        return self.renderer.render(step, self._world.moving_bodies, self._world.moving_at(time))

@@ -104,11 +104,11 @@ class Simulation:
             numbers = (*pose.position, *pose.velocity, *pose.orientation)
             self.outlet.write(TruthRow(time, target.id, *(float(number) for number in numbers)))
         self._write_load(time)
-        bodies = [target.body for target in self.world.targets]
+        bodies, moving = self.world.moving_bodies, self.world.moving_at(time)
         for camera in self.cameras:
             width, height = camera.renderer.camera.resolution_px
-            areas = camera.renderer.visible_pixels(bodies, poses)
-            for target, area in zip(self.world.targets, areas, strict=True):
+            areas = camera.renderer.visible_pixels(bodies, moving)
+            for target, area in zip(self.world.targets, areas, strict=False):
                 if area >= 1.0:
                     share = float(area) / (width * height)
                     self.outlet.write(ViewRow(time, camera.node.id, target.id, float(area), share))

@@ -8,9 +8,9 @@ from wsnsim.rng import RandomStreams
 from wsnsim.scenario import schema_world
 from wsnsim.scenario.load import LoadedScenario
 from wsnsim.types import FloatArray
+from wsnsim.world.bodies import Body, PatchTexture
 from wsnsim.world.motion import Motion, Waypoints, jittered
 from wsnsim.world.recorded import read_track_csv
-from wsnsim.world.targets import PatchTexture, TargetBody
 from wsnsim.world.world import Target, World
 
 
@@ -34,11 +34,11 @@ def build_world(loaded: LoadedScenario, streams: RandomStreams) -> World:
     )
 
 
-def _body(target: schema_world.Target, streams: RandomStreams) -> TargetBody:
+def _body(target: schema_world.Target, streams: RandomStreams) -> Body:
     texture = target.shape.texture
     own = streams if texture.seed is None else RandomStreams(texture.seed)
     generator = own.stream("texture", target.id)
-    return TargetBody(
+    return Body(
         _array(target.shape.semi_axes_m), PatchTexture.random(generator, texture.patches, texture.colours)
     )
 

@@ -9,7 +9,7 @@ from wsnsim.geometry.rotations import quaternion_to_matrix
 from wsnsim.rng import RandomStreams
 from wsnsim.types import ByteArray, FloatArray
 from wsnsim.vision.renderer import look
-from wsnsim.world.targets import TargetBody
+from wsnsim.world.bodies import Body
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class Studio:
     name : the target's name, which tells its noise from another's
     """
 
-    body: TargetBody
+    body: Body
     orientation: FloatArray
     light: FloatArray
     ambient: float

@@ -20,8 +20,8 @@ from wsnsim.kernels.jit import frozen
 from wsnsim.kernels.raycast import cast_bodies
 from wsnsim.rng import RandomStreams
 from wsnsim.types import ByteArray, FloatArray, NodeId
+from wsnsim.world.bodies import Body
 from wsnsim.world.motion import Pose
-from wsnsim.world.targets import TargetBody
 
 NEUTRAL_GREY = (128.0, 128.0, 128.0)
 """Background of a reference picture."""
@@ -64,7 +64,7 @@ class Renderer:
             found = self.background.shape
             raise ValueError(f"background: must have the camera's shape {(height, width, 3)}, got {found}")
 
-    def render(self, step: int, bodies: Sequence[TargetBody], poses: Sequence[Pose]) -> ByteArray:
+    def render(self, step: int, bodies: Sequence[Body], poses: Sequence[Pose]) -> ByteArray:
         """Return the (h, w, 3) RGB image of tracking step `step`, with a body at each pose."""
         clean, _, _ = _cast(self.camera, self.background, bodies, poses, self.light, self.ambient)
         generator = self.streams.stream("image", self.camera_id, step)
@@ -74,7 +74,7 @@ class Renderer:
             noise = frozen(generator.standard_normal(clean.shape, dtype=np.float32), np.float32)
         return expose(clean, gain, noise, self.noise_sd)
 
-    def visible_pixels(self, bodies: Sequence[TargetBody], poses: Sequence[Pose]) -> FloatArray:
+    def visible_pixels(self, bodies: Sequence[Body], poses: Sequence[Pose]) -> FloatArray:
         """Return the area of each body (n,) as the image shows it, less what others hide [px]."""
         _, _, areas = _cast(
             self.camera, self.background, bodies, poses, self.light, self.ambient, paint=False
@@ -83,7 +83,7 @@ class Renderer:
 
 
 def look(
-    body: TargetBody,
+    body: Body,
     orientation: FloatArray,
     camera: PinholeCamera,
     light: FloatArray,
@@ -116,7 +116,7 @@ def look(
 def _cast(
     camera: PinholeCamera,
     background: ByteArray,
-    bodies: Sequence[TargetBody],
+    bodies: Sequence[Body],
     poses: Sequence[Pose],
     light: FloatArray,
     ambient: float,

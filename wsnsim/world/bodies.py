@@ -1,16 +1,19 @@
-"""What a target is: an ellipsoid with coloured patches painted on it.
+"""What a target, a person or a piece of the room is: a simple solid with coloured patches painted on it.
 
 Left out: limbs, articulated motion, gloss. The texture is fixed to the body and
-turns with it, so that the target looks different from every side.
+turns with it, so that the body looks different from every side.
 """
 
 import colorsys
 from dataclasses import dataclass
-from typing import Self
+from typing import Literal, Self, TypeAlias
 
 import numpy as np
 
 from wsnsim.types import FloatArray
+
+Form: TypeAlias = Literal["ellipsoid", "box", "cylinder"]
+"""A body's solid; in units of its semi-axes the unit ball, a cube of side 2, or a unit cylinder along z."""
 
 _CANDIDATES = 10
 """Candidates for each patch centre; more gives patches of more equal size (Mitchell 1991)."""
@@ -20,7 +23,7 @@ _CANDIDATES = 10
 class PatchTexture:
     """Voronoi patches of one colour each on the unit sphere.
 
-    A surface point x of an ellipsoid with semi-axes a lies in the direction x / a
+    A surface point x of a body with semi-axes a lies in the direction x / a
     (component by component) and has the colour of the nearest patch centre.
 
     Parameters
@@ -76,13 +79,14 @@ class PatchTexture:
 
 
 @dataclass(frozen=True, eq=False)
-class TargetBody:
-    """Shape and surface of a target.
+class Body:
+    """Shape and surface of something solid.
 
     Parameters
     ----------
-    semi_axes_m : (3,) - of the ellipsoid along its own x, y, z [m]
+    semi_axes_m : (3,) - half extents along its own x, y, z [m]; a cylinder stands along z
     texture : painted on it
+    form : which solid it is
 
     Raises
     ------
@@ -91,6 +95,7 @@ class TargetBody:
 
     semi_axes_m: FloatArray
     texture: PatchTexture
+    form: Form = "ellipsoid"
 
     def __post_init__(self) -> None:
         axes = self.semi_axes_m

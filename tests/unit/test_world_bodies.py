@@ -3,7 +3,7 @@ import colorsys
 import numpy as np
 import pytest
 
-from wsnsim.world.targets import PatchTexture, TargetBody
+from wsnsim.world.bodies import Body, PatchTexture
 
 
 @pytest.mark.parametrize(("patches", "colours"), [(18, 9), (1, 1), (9, 9), (30, 4)])
@@ -66,4 +66,4 @@ def test_impossible_textures_are_refused(centres, colours, message):
 def test_semi_axes_must_be_positive(axes):
     texture = PatchTexture(np.array([[1.0, 0, 0]]), np.zeros((1, 3)))
     with pytest.raises(ValueError, match="semi_axes_m: must be three numbers above 0"):
-        TargetBody(np.array(axes), texture)
+        Body(np.array(axes), texture)
