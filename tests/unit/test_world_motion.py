@@ -3,10 +3,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from scipy.spatial.transform import Rotation, Slerp
 
-from wsnsim.geometry.rotations import IDENTITY, quaternion_from_axis_angle
+from wsnsim.geometry.rotations import IDENTITY, quaternion_from_axis_angle, quaternion_to_matrix
 from wsnsim.world.bodies import Body, PatchTexture
-from wsnsim.world.motion import Waypoints, jittered
+from wsnsim.world.motion import ConstantVelocity, Spinning, TimedPath, Waypoints, jittered, slerp
 from wsnsim.world.world import Target, World
 
 CORNER = np.array([[0.0, 0.0, 1.0], [3.0, 0.0, 1.0], [3.0, 4.0, 1.0]])
@@ -101,3 +102,68 @@ def test_world_tells_the_poses_in_the_order_of_its_targets():
     np.testing.assert_allclose(first.position, [1.0, 0.0, 1.0])
     np.testing.assert_allclose(second.position, [3.0, 3.0, 1.0])
     np.testing.assert_array_equal(second.orientation, turn)
+
+
+def test_constant_velocity_has_no_ends():
+    motion = ConstantVelocity(np.array([1.0, 2.0, 3.0]), np.array([0.5, 0.0, -1.0]))
+    np.testing.assert_array_equal(motion.at(-2.0).position, [0.0, 2.0, 5.0])
+    np.testing.assert_array_equal(motion.at(4.0).position, [3.0, 2.0, -1.0])
+    np.testing.assert_array_equal(motion.at(4.0).velocity, [0.5, 0.0, -1.0])
+
+
+def test_a_spin_turns_about_an_axis_of_the_world():
+    start = quaternion_from_axis_angle((1, 0, 0), np.pi / 2)  # the body's z is the world's −y
+    motion = Spinning(Waypoints(CORNER, 2.0, start), np.array([0.0, 0.0, 3.0]), np.pi / 4)
+    np.testing.assert_array_equal(motion.at(0.0).orientation, start)
+    for time, up in ((2.0, [1, 0, 0]), (4.0, [0, 1, 0]), (-2.0, [-1, 0, 0])):
+        pose = motion.at(time)
+        np.testing.assert_allclose(quaternion_to_matrix(pose.orientation)[:, 2], up, atol=1e-12)
+    still = Waypoints(CORNER, 2.0, start).at(1.0)
+    np.testing.assert_array_equal(motion.at(1.0).position, still.position)
+    np.testing.assert_array_equal(motion.at(1.0).velocity, still.velocity)
+
+
+def test_timed_path_turns_at_a_constant_rate_the_shorter_way():
+    quarter = quaternion_from_axis_angle((0, 0, 1), np.pi / 2)
+    path = TimedPath(np.array([1.0, 3.0, 5.0]), CORNER, np.array([IDENTITY, -quarter, -quarter]))
+    for time, angle in (
+        (0.0, 0.0),
+        (1.0, 0.0),
+        (1.5, np.pi / 8),
+        (2.0, np.pi / 4),
+        (4.0, np.pi / 2),
+        (9.0, np.pi / 2),
+    ):
+        expected = quaternion_to_matrix(quaternion_from_axis_angle((0, 0, 1), angle))
+        found = path.at(time).orientation
+        np.testing.assert_allclose(quaternion_to_matrix(found), expected, atol=1e-12)
+        assert np.linalg.norm(found) == pytest.approx(1.0, abs=1e-12)
+    np.testing.assert_allclose(path.at(2.0).velocity, [1.5, 0.0, 0.0])
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0))
+def test_slerp_against_scipy(seed, share):
+    both = Rotation.random(2, random_state=np.random.default_rng(seed))
+    # SciPy writes the scalar last
+    first, second = np.roll(both.as_quat(), 1, axis=1)
+    between = Rotation.from_quat(np.roll(slerp(first, second, share), -1))
+    assert (Slerp([0.0, 1.0], both)(share).inv() * between).magnitude() < 1e-7
+
+
+def test_slerp_between_the_same():
+    np.testing.assert_array_equal(slerp(IDENTITY, IDENTITY, 0.3), IDENTITY)
+    np.testing.assert_allclose(slerp(IDENTITY, -IDENTITY, 0.3), IDENTITY)
+
+
+@pytest.mark.parametrize(
+    ("times", "points", "turns", "message"),
+    [
+        (np.zeros(0), np.zeros((0, 3)), np.zeros((1, 4)), "points: must have shape"),
+        (np.zeros(2), np.zeros((3, 3)), np.zeros((1, 4)), "points: must have shape"),
+        (np.zeros(3), np.zeros((3, 3)), np.zeros((2, 4)), "orientations: must have shape"),
+    ],
+)
+def test_impossible_timed_paths_are_refused(times, points, turns, message):
+    with pytest.raises(ValueError, match=message):
+        TimedPath(times, points, turns)

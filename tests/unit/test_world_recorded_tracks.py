@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from wsnsim.errors import ScenarioError
+from wsnsim.geometry.rotations import quaternion_from_axis_angle, quaternion_to_matrix
 from wsnsim.world.recorded import read_track_csv
 
 GOOD = """# a walk
@@ -40,9 +41,9 @@ def test_straight_lines_between_rows(write, time, position, velocity):
     np.testing.assert_allclose(pose.velocity, velocity)
 
 
-def test_scale_offset_and_start(write):
-    track = read_track_csv(write(GOOD), scale=2.0, offset_m=(10.0, 20.0, 0.5), height_m=1.0, start_s=1.0)
-    pose = track.at(0.25)
+def test_scale_and_offset(write):
+    track = read_track_csv(write(GOOD), scale=2.0, offset_m=(10.0, 20.0, 0.5), height_m=1.0)
+    pose = track.at(1.25)
     np.testing.assert_allclose(pose.position, [15.0, 26.0, 1.5])
     np.testing.assert_allclose(pose.velocity, [4.0, 0.0, 0.0])
 
@@ -109,3 +110,41 @@ def test_missing_files_and_folders_are_refused(tmp_path):
         read_track_csv(tmp_path / "gone.csv")
     with pytest.raises(ScenarioError, match="must be a readable text file"):
         read_track_csv(tmp_path)
+
+
+TURNING = """time_s,x_m,y_m,qw,qx,qy,qz
+0,0,0,2,0,0,0
+2,4,0,1,0,0,1
+"""
+
+
+def test_orientations_of_their_own(write):
+    track = read_track_csv(write(TURNING))
+    # from none to a quarter turn about z, at a constant rate
+    for time, angle in ((0.0, 0.0), (1.0, np.pi / 4), (2.0, np.pi / 2), (3.0, np.pi / 2)):
+        expected = quaternion_from_axis_angle((0, 0, 1), angle)
+        np.testing.assert_allclose(track.at(time).orientation, expected, atol=1e-12)
+
+
+def test_the_files_orientations_turn_the_given_one(write):
+    lying = quaternion_from_axis_angle((0, 1, 0), np.pi / 2)
+    np.testing.assert_array_equal(read_track_csv(write(GOOD), orientation=lying).at(1.2).orientation, lying)
+    track = read_track_csv(write(TURNING), orientation=lying)
+    # what pointed up in the body points along x first, and then along y
+    for time, axis in ((0.0, [1, 0, 0]), (2.0, [0, 1, 0])):
+        turn = quaternion_to_matrix(track.at(time).orientation)
+        np.testing.assert_allclose(turn[:, 2], axis, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (",qz", "", "the header must name 'qz' once"),
+        ("1,0,0,1", "0,0,0,0", ":3:7: qw: must be a quaternion other than zero, got all zeros"),
+        ("1,0,0,1", "1,0,?,1", ":3:11: qy: must be a finite number, got '?'"),
+    ],
+)
+def test_faults_of_orientations(write, old, new, message):
+    with pytest.raises(ScenarioError) as caught:
+        read_track_csv(write(TURNING.replace(old, new)))
+    assert message in str(caught.value)

@@ -1,17 +1,20 @@
 """The true world from its section of a scenario."""
 
-from pathlib import Path
+from collections.abc import Iterator
 
 import numpy as np
 
+from wsnsim.errors import Problem, ScenarioError
 from wsnsim.rng import RandomStreams
 from wsnsim.scenario import schema_world
+from wsnsim.scenario.faults import KeyPath
 from wsnsim.scenario.load import LoadedScenario
-from wsnsim.types import FloatArray
+from wsnsim.scenario.schema_motion import Motion
+from wsnsim.sim.motions import MotionBuilder
+from wsnsim.sim.world_checks import containing, world_faults
+from wsnsim.world import occluders
 from wsnsim.world.bodies import Body, PatchTexture
-from wsnsim.world.motion import Motion, Waypoints, jittered
-from wsnsim.world.recorded import read_track_csv
-from wsnsim.world.world import Target, World
+from wsnsim.world.world import Placed, Target, World
 
 
 def build_world(loaded: LoadedScenario, streams: RandomStreams) -> World:
@@ -19,49 +22,79 @@ def build_world(loaded: LoadedScenario, streams: RandomStreams) -> World:
 
     Raises
     ------
-    ScenarioError : a recorded track cannot be read, or ends before the run begins
+    ScenarioError : a recorded track cannot be read or ends before the run begins, an area is of no use,
+        something is inside an occluder, or somebody leaves the world; all at once
     """
     world = loaded.scenario.world
+    scenery = tuple(_placed(occluder, streams) for occluder in world.occluders)
+    builder = MotionBuilder(loaded, streams, lambda places: containing(scenery, places) < 0)
+    movers: list[tuple[KeyPath, Motion, Target]] = []
+    problems: list[Problem] = []
+    for path, name, section in _movers(world):
+        body = _body(name, section.shape, streams)
+        try:
+            motion = builder.motion(path, name, body, section.motion)
+        except ScenarioError as error:
+            problems += error.problems
+        else:
+            movers.append((path, section.motion, Target(name, body, motion)))
     light = np.array(world.light.direction)
-    return World(
+    built = World(
         size_m=np.array(world.size_m),
-        targets=tuple(
-            Target(target.id, _body(target, streams), _motion(loaded, number, streams))
-            for number, target in enumerate(world.targets)
-        ),
+        targets=tuple(mover for path, _, mover in movers if path[1] == "targets"),
         light=light / np.linalg.norm(light),
         ambient=world.light.ambient,
+        scenery=scenery,
+        people=tuple(mover for path, _, mover in movers if path[1] == "people"),
     )
+    problems += [loaded.marks.problem(fault) for fault in world_faults(loaded, built, movers)]
+    if problems:
+        # members of one crowd fail alike
+        raise ScenarioError(list(dict.fromkeys(problems)))
+    return built
 
 
-def _body(target: schema_world.Target, streams: RandomStreams) -> Body:
-    texture = target.shape.texture
-    own = streams if texture.seed is None else RandomStreams(texture.seed)
-    generator = own.stream("texture", target.id)
-    return Body(
-        _array(target.shape.semi_axes_m), PatchTexture.random(generator, texture.patches, texture.colours)
-    )
+def _movers(
+    world: schema_world.World,
+) -> Iterator[tuple[KeyPath, str, schema_world.Target | schema_world.Person]]:
+    """Yield the path of the motion, the name and the section of all targets, then of all people."""
+    for number, target in enumerate(world.targets):
+        yield ("world", "targets", number, "motion"), target.id, target
+    for number, person in enumerate(world.people):
+        for name in person.names:
+            yield ("world", "people", number, "motion"), name, person
 
 
-def _motion(loaded: LoadedScenario, number: int, streams: RandomStreams) -> Motion:
-    target = loaded.scenario.world.targets[number]
-    motion = target.motion
-    if isinstance(motion, schema_world.Recorded):
-        track = read_track_csv(
-            Path(motion.file),
-            scale=motion.scale,
-            offset_m=_array(motion.offset_m),
-            height_m=motion.height_m,
-            start_s=motion.start_s,
+def _placed(occluder: schema_world.Occluder, streams: RandomStreams) -> Placed:
+    texture = _texture(occluder.id, occluder.texture, streams)
+    if isinstance(occluder, schema_world.Wall):
+        body, pose = occluders.wall(
+            np.array(occluder.from_m),
+            np.array(occluder.to_m),
+            occluder.thickness_m,
+            occluder.height_m,
+            occluder.base_m,
+            texture,
         )
-        if track.times[-1] <= 0.0:
-            end_s = track.times[-1] + motion.start_s
-            message = f"must be before the end of the track at {end_s:g} s, got {motion.start_s:g} s"
-            raise loaded.error(("world", "targets", number, "motion", "start_s"), message)
-        return track
-    points = jittered(np.array(motion.points_m), streams.stream("motion", target.id), motion.jitter_m)
-    return Waypoints(points, motion.speed_mps, _array(motion.orientation))
+    elif isinstance(occluder, schema_world.Box):
+        body, pose = occluders.box(
+            np.array(occluder.centre_m), np.array(occluder.size_m), np.radians(occluder.yaw_deg), texture
+        )
+    else:
+        body, pose = occluders.pillar(
+            np.array(occluder.centre_m), occluder.radius_m, occluder.height_m, occluder.base_m, texture
+        )
+    return Placed(occluder.id, body, pose)
 
 
-def _array(values: tuple[float, ...]) -> FloatArray:
-    return np.array(values, dtype=np.float64)
+def _body(name: str, shape: schema_world.Shape, streams: RandomStreams) -> Body:
+    return Body(np.array(shape.semi_axes_m), _texture(name, shape.texture, streams), shape.kind)
+
+
+def _texture(
+    name: str, texture: schema_world.PatchTexture | schema_world.PlainTexture, streams: RandomStreams
+) -> PatchTexture:
+    if isinstance(texture, schema_world.PlainTexture):
+        return PatchTexture.plain(texture.colour)
+    own = streams if texture.seed is None else RandomStreams(texture.seed)
+    return PatchTexture.random(own.stream("texture", name), texture.patches, texture.colours)

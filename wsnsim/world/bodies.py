@@ -50,6 +50,11 @@ class PatchTexture:
             raise ValueError("colours: must lie in 0–255")
 
     @classmethod
+    def plain(cls, colour: tuple[float, float, float]) -> Self:
+        """Return one colour all over, RGB [0–255]."""
+        return cls(np.array([[0.0, 0.0, 1.0]]), np.array([colour]))
+
+    @classmethod
     def random(cls, generator: np.random.Generator, patches: int = 18, colours: int = 9) -> Self:
         """Return well-spread patches in well-separated colours, each of them used.
 
