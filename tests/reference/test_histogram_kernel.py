@@ -1,4 +1,4 @@
-"""The compiled scan-line histograms against a plain twin with a mask of the full image."""
+"""The compiled scan-line histograms against a plain twin with a mask of the full image, and OpenCV."""
 
 import os
 
@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from wsnsim.bench.twins import full_mask_similarities, has_opencv, opencv_similarities
 from wsnsim.geometry.quadrics import Outlines, outline_box
 from wsnsim.kernels.histograms import kernel_histogram, particle_histogram_similarities
 
@@ -37,31 +38,7 @@ def random_histogram(generator, bins):
     return histogram / histogram.sum()
 
 
-def twin(colour, texture, outlines, q_colour, q_texture):
-    """Kushwaha & Koutsoukos 2013, eqs. 16 and 17, one ellipse after another, all pixels of the image."""
-    y, x = np.mgrid[: colour.shape[0], : colour.shape[1]]
-    pixels = np.stack((x.ravel(), y.ravel()), axis=1)
-    result = np.zeros((3, len(outlines.centres)))
-    for i, (centre, shape) in enumerate(zip(outlines.centres, outlines.shapes, strict=True)):
-        offset = pixels - centre
-        distance = np.einsum("ni,ij,nj->n", offset, shape, offset)
-        weights = np.where(distance <= 1.0, 1.0 - distance, 0.0)
-        mass = weights.sum()
-        if not outlines.visible[i] or mass <= 0.0:
-            continue
-        p_colour = np.bincount(colour.ravel(), weights, COLOURS) / mass
-        p_texture = np.bincount(texture.ravel(), weights, TEXTURES) / mass
-        spread = np.sqrt(np.diag(np.linalg.inv(shape)))
-        low, high = np.ceil(centre - spread), np.floor(centre + spread)
-        whole = (low >= 0).all() and (high < [colour.shape[1], colour.shape[0]]).all()
-        total = np.pi / 2.0 / np.sqrt(np.linalg.det(shape))
-        result[0, i] = np.sqrt(p_colour * q_colour).sum()
-        result[1, i] = np.sqrt(p_texture * q_texture).sum()
-        result[2, i] = 1.0 if whole else min(mass / total, 1.0)
-    return result
-
-
-def fast(colour, texture, outlines, q_colour, q_texture, box=None):
+def fast(colour, texture, outlines, q_colour, q_texture, box=None, weighted=True):
     x0, y0, x1, y1 = box or (0, 0, WIDTH, HEIGHT)
     return np.array(
         particle_histogram_similarities(
@@ -76,17 +53,19 @@ def fast(colour, texture, outlines, q_colour, q_texture, box=None):
             outlines.visible,
             np.sqrt(q_colour),
             np.sqrt(q_texture),
+            weighted=weighted,
         )
     )
 
 
-def test_equals_the_twin():
+@pytest.mark.parametrize("weighted", [True, False])
+def test_equals_the_twin(weighted):
     generator = np.random.default_rng(SEED)
     colour, texture = random_bins(generator)
     outlines = random_outlines(generator, 1500)
     q = random_histogram(generator, COLOURS), random_histogram(generator, TEXTURES)
-    expected = twin(colour, texture, outlines, *q)
-    found = fast(colour, texture, outlines, *q)
+    expected = full_mask_similarities(colour, texture, outlines, *q, weighted=weighted)
+    found = fast(colour, texture, outlines, *q, weighted=weighted)
     # All three kinds must be there, or the comparison says little.
     inside = expected[2]
     assert min((inside == 1.0).sum(), (inside == 0.0).sum(), ((inside > 0) & (inside < 1)).sum()) > 100
@@ -194,3 +173,42 @@ def test_ellipses_that_are_no_numbers_are_nowhere():
         np.testing.assert_array_equal(values[[0, 1, 3]], 0.0)
         assert np.isfinite(values).all()
     assert result[2][4] == 1.0
+
+
+@pytest.mark.skipif(not has_opencv(), reason="OpenCV is not installed")
+def test_opencv_finds_about_the_same():
+    """It draws the outline with the disc: at most √2 · 2πr more pixels, of which all may differ."""
+    radius, count = 20.0, 50
+    centres = np.random.default_rng(SEED + 3).uniform((21.0, 21.0), (WIDTH - 22.0, HEIGHT - 22.0), (count, 2))
+    discs = Outlines(centres, np.stack([np.eye(2) / radius**2] * count), np.ones(count, np.bool_))
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    colour, texture = (x < WIDTH // 2).astype(np.int16), (y < HEIGHT // 2).astype(np.int16)
+    right, bottom = np.array([1.0, 0.0]), np.array([1.0, 0.0])
+    # Against a reference of one bin, the coefficient is the root of that bin's share.
+    shares = fast(colour, texture, discs, right, bottom, weighted=False)[:2] ** 2
+    assert np.ptp(shares[0]) > 0.5
+    drawn = opencv_similarities(colour, texture, discs, right, bottom) ** 2
+    more = np.sqrt(2.0) * 2.0 / radius
+    np.testing.assert_allclose(drawn, shares, rtol=0.0, atol=more / (1.0 + more))
+
+
+def test_bins_beyond_the_reference_are_refused():
+    """A wrong bin must never become an index."""
+    outlines = random_outlines(np.random.default_rng(SEED), 1)
+    q = random_histogram(np.random.default_rng(SEED), 3), random_histogram(np.random.default_rng(SEED), 2)
+    zeros = np.zeros((HEIGHT, WIDTH), np.int16)
+    for colour, texture in ((zeros + 3, zeros), (zeros - 1, zeros), (zeros, zeros + 2), (zeros, zeros - 1)):
+        with pytest.raises(ValueError, match="bins must be below the reference's 3 and 2"):
+            fast(colour, texture, outlines, *q)
+    many = np.full(70_000, 1.0 / 70_000)
+    with pytest.raises(ValueError, match="colours times textures must be at most 65536"):
+        fast(zeros, zeros, outlines, many, q[1])
+
+
+def test_one_colour_everywhere():
+    """Every addition goes to one bin: the two histograms of neighbouring pixels must add up."""
+    colour, texture = np.full((HEIGHT, WIDTH), 7, np.int16), np.full((HEIGHT, WIDTH), 3, np.int16)
+    outlines = random_outlines(np.random.default_rng(SEED + 4), 100)
+    rho_colour, rho_texture, inside = fast(colour, texture, outlines, np.eye(COLOURS)[7], np.eye(TEXTURES)[3])
+    np.testing.assert_allclose(rho_colour[inside > 0.0], 1.0, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(rho_texture[inside > 0.0], 1.0, rtol=0.0, atol=1e-12)

@@ -1,10 +1,11 @@
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from wsnsim.geometry.camera import PinholeCamera
+from wsnsim.geometry.rotations import quaternion_from_axis_angle, quaternion_multiply, quaternion_to_matrix
 
 points = arrays(np.float64, 3, elements=st.floats(-50.0, 50.0))
 
@@ -75,3 +76,64 @@ def test_focal_length_must_be_positive(focal):
 def test_resolution_must_be_positive():
     with pytest.raises(ValueError, match="resolution_px: must be at least"):
         PinholeCamera(300.0, (320, 0), np.eye(3), np.zeros(3))
+
+
+angles = st.floats(-np.pi, np.pi)
+
+
+@pytest.mark.parametrize(
+    ("yaw_deg", "pitch_deg", "roll_deg", "rows"),
+    [
+        (0, 0, 0, [[0, -1, 0], [0, 0, -1], [1, 0, 0]]),
+        (90, 0, 0, [[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
+        (0, 90, 0, [[0, -1, 0], [1, 0, 0], [0, 0, 1]]),
+        # Rolled by a quarter turn clockwise as seen from behind: what was right is now down.
+        (0, 0, 90, [[0, 0, -1], [0, 1, 0], [1, 0, 0]]),
+    ],
+)
+def test_angles_by_hand(yaw_deg, pitch_deg, roll_deg, rows):
+    turns = np.radians([yaw_deg, pitch_deg, roll_deg])
+    camera = PinholeCamera.at_angles((1.0, 2.0, 3.0), *turns, 300.0, (320, 240))
+    np.testing.assert_allclose(camera.rotation, rows, atol=1e-15)
+    np.testing.assert_array_equal(camera.position, (1.0, 2.0, 3.0))
+
+
+@given(angles, st.floats(-1.5, 1.5), angles)
+def test_angles_are_turns_about_the_axes_one_after_the_other(yaw, pitch, roll):
+    camera = PinholeCamera.at_angles(np.zeros(3), yaw, pitch, roll, 300.0, (320, 240))
+    # Camera axes in the world: first the roll about x, then the pitch about -y, then the yaw about z.
+    turned = quaternion_multiply(
+        quaternion_from_axis_angle((0, 0, 1), yaw),
+        quaternion_multiply(
+            quaternion_from_axis_angle((0, -1, 0), pitch), quaternion_from_axis_angle((1, 0, 0), roll)
+        ),
+    )
+    level = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+    np.testing.assert_allclose(camera.rotation, level @ quaternion_to_matrix(turned).T, atol=1e-12)
+
+
+@given(points, points)
+def test_looking_at_a_point_is_yaw_and_pitch_without_roll(position, target):
+    ahead = target - position
+    assume(np.hypot(*ahead[:2]) > 1e-3)
+    camera = PinholeCamera.look_at(position, target, 300.0, (320, 240))
+    yaw, pitch = np.arctan2(ahead[1], ahead[0]), np.arctan2(ahead[2], np.hypot(*ahead[:2]))
+    same = PinholeCamera.at_angles(position, yaw, pitch, 0.0, 300.0, (320, 240))
+    np.testing.assert_allclose(camera.rotation, same.rotation, atol=1e-9)
+
+
+def test_a_clockwise_roll_turns_the_image_anticlockwise():
+    rolled = PinholeCamera.at_angles((0.0, 0.0, 2.0), 0.0, 0.0, np.radians(10.0), 300.0, (320, 240))
+    pixels, _ = rolled.project(np.array([[10.0, -1.0, 2.0]]))  # to the right of the axis
+    x, y = pixels[0] - rolled.principal_point
+    assert np.degrees(np.arctan2(-y, x)) == pytest.approx(10.0)
+
+
+@settings(deadline=None)  # the first call compiles
+@given(st.floats(0.0, 319.0), st.floats(0.0, 239.0), st.sampled_from([(0.0, 0.0), (-0.3, 0.1), (0.2, -0.05)]))
+def test_rays_undo_projection(x, y, distortion):
+    camera = PinholeCamera.at_angles((1.0, 2.0, 3.0), 0.4, -0.2, 0.1, 250.0, (320, 240), distortion)
+    rays = camera.rays(np.array([[x, y]]))
+    assert rays[0, 2] == 1.0
+    pixels, _ = camera.project(camera.position + 7.0 * rays @ camera.rotation)
+    np.testing.assert_allclose(pixels, [[x, y]], atol=1e-9)

@@ -23,11 +23,11 @@ def thrice(x: float) -> float:
 CALL = "import mine; assert mine.thrice(2.0) == 6.0; print(mine.thrice.compiled._cache.__class__.__name__)"
 
 
-def run(folder, **environment):
+def run(folder, call=CALL, **environment):
     paths = os.pathsep.join((str(folder), str(Path(wsnsim.__file__).parents[1])))
     environment = {"PATH": os.environ["PATH"], "PYTHONPATH": paths, **environment}
     done = subprocess.run(
-        [sys.executable, "-c", CALL],
+        [sys.executable, "-c", call],
         env=environment,
         capture_output=True,
         text=True,
@@ -91,3 +91,25 @@ def test_frozen_arrays_are_contiguous_and_read_only():
     same = frozen(array, array.dtype)
     assert np.shares_memory(same, array)
     assert array.flags.writeable
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "doubled"),
+    [("x + 1.0", "x + 3.0", [4.0, 8.0]), ("x + STEP", "x + 2.0 * STEP", [4.0, 6.0])],
+)
+def test_a_change_in_another_file_compiles_its_callers_anew(tmp_path, before, after, doubled):
+    """What a cached kernel calls is compiled into it, and numba looks at the caller's file only."""
+    imports = "from wsnsim.kernels.jit import kernel\n"
+    (tmp_path / "mine.py").write_text(
+        f"{imports}from other import change\n\n"
+        "@kernel\ndef doubled(x: float) -> float:\n    return 2.0 * change(x)\n"
+    )
+    found = []
+    for value in (before, after):
+        (tmp_path / "other.py").write_text(
+            f"{imports}STEP = 1.0\n\n@kernel\ndef change(x: float) -> float:\n    return {value}\n"
+        )
+        # Python tells the old bytecode of a module from the new one by the second and the size only.
+        call = "import mine; print(mine.doubled(1.0))"
+        found.append(float(run(tmp_path, call, PYTHONDONTWRITEBYTECODE="1")))
+    assert found == doubled

@@ -1,15 +1,18 @@
-"""Pinhole cameras without lens distortion.
+"""Pinhole cameras, with the radial distortion of their lens.
 
 Camera axes: x right, y down, z forward. The world's z is up. Pixel centres have
-integer coordinates, so that an image of width w spans -0.5 to w - 0.5.
+integer coordinates, so that an image of width w spans -0.5 to w - 0.5. The optical
+axis meets the image in its middle; pixels are square.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from wsnsim.geometry.lens import NONE, Distortion, distort, farthest_image, undistort
 from wsnsim.types import FloatArray
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -26,26 +29,43 @@ class PinholeCamera:
     resolution_px : (width, height) of the image [px]
     rotation : (3, 3) - world axes to camera axes
     position : (3,) - centre of projection [m]
+    distortion : coefficients (k1, k2) of the lens, see `geometry.lens` [-]
 
     Raises
     ------
-    ValueError : the focal length or the resolution is not positive
+    ValueError : the focal length or the resolution is not positive, or the lens sends no ray
+        to the corners of the image
     """
 
     focal_px: float
     resolution_px: tuple[int, int]
     rotation: FloatArray
     position: FloatArray
+    distortion: Distortion = NONE
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.focal_px) and self.focal_px > 0.0):
             raise ValueError(f"focal_px: must be above 0, got {self.focal_px} [px]")
         if min(self.resolution_px) < 1:
             raise ValueError(f"resolution_px: must be at least 1 x 1, got {self.resolution_px} [px]")
+        if not all(math.isfinite(k) for k in self.distortion):
+            raise ValueError(f"distortion: must be two finite numbers, got {list(self.distortion)}")
+        corner, reach = 0.5 * math.hypot(*self.resolution_px) / self.focal_px, farthest_image(self.distortion)
+        if corner >= reach:
+            raise ValueError(
+                f"distortion: a ray must reach the corners of the image, {corner:.3g} focal lengths from "
+                f"its middle, got {list(self.distortion)}, with which none gets beyond {reach:.3g}; "
+                "take weaker coefficients or a longer focal length"
+            )
 
     @classmethod
     def look_at(
-        cls, position: ArrayLike, target: ArrayLike, focal_px: float, resolution_px: tuple[int, int]
+        cls,
+        position: ArrayLike,
+        target: ArrayLike,
+        focal_px: float,
+        resolution_px: tuple[int, int],
+        distortion: Distortion = NONE,
     ) -> Self:
         """Return a camera whose optical axis passes through `target`, with the horizon level.
 
@@ -56,6 +76,7 @@ class PinholeCamera:
         position, target : (3,) - [m]
         focal_px : focal length [px]
         resolution_px : (width, height) [px]
+        distortion : coefficients (k1, k2) of the lens [-]
 
         Raises
         ------
@@ -73,7 +94,41 @@ class PinholeCamera:
         sine = float(np.linalg.norm(right))
         # Below this the direction of `right` is rounding error.
         right = right / sine if sine > 1e-9 else _EAST
-        return cls(focal_px, resolution_px, np.stack((right, np.cross(forward, right), forward)), place)
+        rotation = np.stack((right, np.cross(forward, right), forward))
+        return cls(focal_px, resolution_px, rotation, place, distortion)
+
+    @classmethod
+    def at_angles(
+        cls,
+        position: ArrayLike,
+        yaw_rad: float,
+        pitch_rad: float,
+        roll_rad: float,
+        focal_px: float,
+        resolution_px: tuple[int, int],
+        distortion: Distortion = NONE,
+    ) -> Self:
+        """Return a camera turned by three angles, in this order.
+
+        Parameters
+        ----------
+        position : (3,) - [m]
+        yaw_rad : of the optical axis about the world's z, anticlockwise from x as seen from above [rad]
+        pitch_rad : of the optical axis above the horizontal plane [rad]
+        roll_rad : of the camera about its optical axis, clockwise as seen from behind it, so that the
+            image turns anticlockwise; 0 has the horizon level [rad]
+        focal_px : focal length [px]
+        resolution_px : (width, height) [px]
+        distortion : coefficients (k1, k2) of the lens [-]
+        """
+        ahead = np.array([math.cos(yaw_rad), math.sin(yaw_rad), 0.0])
+        forward = math.cos(pitch_rad) * ahead + math.sin(pitch_rad) * _UP
+        level = np.array([math.sin(yaw_rad), -math.cos(yaw_rad), 0.0])
+        below = np.cross(forward, level)
+        right = math.cos(roll_rad) * level + math.sin(roll_rad) * below
+        down = math.cos(roll_rad) * below - math.sin(roll_rad) * level
+        place = np.array(position, dtype=np.float64)
+        return cls(focal_px, resolution_px, np.stack((right, down, forward)), place, distortion)
 
     @property
     def principal_point(self) -> tuple[float, float]:
@@ -89,7 +144,7 @@ class PinholeCamera:
 
     @property
     def matrix(self) -> FloatArray:
-        """(3, 4) camera matrix P = K [R | -R c].
+        """(3, 4) camera matrix P = K [R | -R c], of the camera without its lens's distortion.
 
         References
         ----------
@@ -111,11 +166,32 @@ class PinholeCamera:
 
         Returns
         -------
-        pixels : (n, 2) - (x, y) [px], NaN where the depth is not above 0
+        pixels : (n, 2) - (x, y) [px], NaN where the depth is not above 0 or the ray is
+            so steep that the lens's polynomial has stopped growing
         depths : (n,) - along the optical axis [m]
         """
         seen = self.to_camera_axes(points)
         depths = seen[:, 2]
         in_front = np.where(depths > 0.0, depths, np.nan)
-        pixels = self.focal_px * seen[:, :2] / in_front[:, None] + np.array(self.principal_point)
+        if self.distortion == NONE:
+            pixels = self.focal_px * seen[:, :2] / in_front[:, None] + np.array(self.principal_point)
+        else:
+            pixels = self.focal_px * distort(seen[:, :2] / in_front[:, None], self.distortion)
+            pixels += np.array(self.principal_point)
         return pixels, depths
+
+    def rays(self, pixels: FloatArray) -> FloatArray:
+        """Return the rays that meet the image at `pixels`: the inverse of `project`.
+
+        Parameters
+        ----------
+        pixels : (n, 2) - (x, y), also outside the image [px]
+
+        Returns
+        -------
+        (n, 3) - (x, y, 1) in camera axes; x and y NaN where no ray comes out of the lens
+        """
+        flat = (pixels - np.array(self.principal_point)) / self.focal_px
+        if self.distortion != NONE:
+            flat = undistort(flat, self.distortion)
+        return np.column_stack((flat, np.ones(len(flat))))

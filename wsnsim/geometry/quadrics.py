@@ -4,6 +4,10 @@ The outline of an ellipsoid is the conic C* = P Q* Pᵀ of its dual quadric Q*
 (Hartley, Zisserman 2004, eq. 8.5). Its centre is not the projection of the
 ellipsoid's centre. An ellipsoid that the camera plane cuts has no elliptic outline;
 it counts as not visible here.
+
+A lens with distortion bends the ellipse. What is returned for it is the ellipse to
+first order: the centre is distorted, and the shape is transformed by the distortion's
+derivative there.
 """
 
 from dataclasses import dataclass
@@ -12,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wsnsim.geometry.camera import PinholeCamera
+from wsnsim.geometry.lens import NONE, distort, distortion_jacobians
 from wsnsim.geometry.rotations import quaternion_to_matrix
 from wsnsim.types import BoolArray, FloatArray, IntArray
 
@@ -59,7 +64,7 @@ def ellipsoid_outlines(
     Returns
     -------
     m outlines; not visible where the ellipsoid is behind the camera plane or cut by
-    it, or where a position is not finite
+    it, where a position is not finite, or where the lens has no image of the centre
 
     References
     ----------
@@ -78,6 +83,10 @@ def ellipsoid_outlines(
     centre = (t[:, 2:] * t[:, :2] - S[:2, 2]) * scale[:, None]
     spread = (S[:2, :2] - t[:, :2, None] * t[:, None, :2]) * scale[:, None, None]
     spread += centre[:, :, None] * centre[:, None, :]
+    if camera.distortion != NONE:
+        bent = distort(centre, camera.distortion)
+        bend = distortion_jacobians(np.where(np.isfinite(bent), centre, np.nan), camera.distortion)
+        centre, spread = bent, bend @ spread @ bend.transpose(0, 2, 1)
     focal = camera.focal_px
     centres = np.where(visible[:, None], focal * centre + np.array(camera.principal_point), 0.0)
     shapes = np.where(visible[:, None, None], _inverse_2x2(focal**2 * spread), np.eye(2))

@@ -85,3 +85,38 @@ def quaternion_from_axis_angle(axis: ArrayLike, angle_rad: float) -> FloatArray:
         raise ValueError(f"axis: must be three finite numbers, not all 0, got {direction.tolist()}")
     half = 0.5 * angle_rad
     return np.concatenate(([np.cos(half)], np.sin(half) / length * direction))
+
+
+def matrix_to_quaternion(matrix: FloatArray) -> FloatArray:
+    """Return the unit quaternion (w, x, y, z) of a rotation matrix (3, 3), the one with w at least 0.
+
+    References
+    ----------
+    Shepperd (1978), J. Guidance and Control 1(3): the largest of four forms, so that no digits cancel.
+    """
+    m = matrix
+    trace = float(np.trace(m))
+    rows = np.array(
+        [
+            [1 + trace, m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
+            [m[2, 1] - m[1, 2], 1 + 2 * m[0, 0] - trace, m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
+            [m[0, 2] - m[2, 0], m[0, 1] + m[1, 0], 1 + 2 * m[1, 1] - trace, m[1, 2] + m[2, 1]],
+            [m[1, 0] - m[0, 1], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], 1 + 2 * m[2, 2] - trace],
+        ]
+    )
+    largest = rows[int(np.argmax(np.diag(rows)))]
+    return normalise(-largest if largest[0] < 0.0 else largest)
+
+
+def conjugate(quaternion: FloatArray) -> FloatArray:
+    """Return the inverse of a rotation, (4,) to (4,)."""
+    return np.asarray(quaternion * np.array([1.0, -1.0, -1.0, -1.0]), dtype=np.float64)
+
+
+def rotation_vector(quaternion: FloatArray) -> FloatArray:
+    """Return axis times angle (3,) [rad] of a unit quaternion, the angle at most π."""
+    q = -quaternion if quaternion[0] < 0.0 else quaternion
+    sine = float(np.linalg.norm(q[1:]))
+    if sine == 0.0:
+        return np.zeros(3)
+    return np.asarray(2.0 * np.arctan2(sine, float(q[0])) / sine * q[1:], dtype=np.float64)

@@ -1,52 +1,77 @@
-"""Ray casting of patch-textured ellipsoids over a background.
+"""Ray casting of patch-textured solids over a background.
 
-Each body has coordinates of its own, in which it is the unit sphere. A ray goes through
-the point (rx, ry, 1) of the camera's axes.
+A ray goes through the point (rx, ry, 1) of the camera's axes. Bodies that move are cast
+in each frame, in their own boxes of pixels; what stands still was cast once before and
+is met again only where a body is in front of it or behind it.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wsnsim.kernels.jit import kernel
+from wsnsim.kernels.lens import undistorted_radius
+from wsnsim.kernels.solids import enter, facing, patch_at
 from wsnsim.types import BoolArray, ByteArray, FloatArray, IntArray
 
 _FINE = 4
 """Samples a side where an outline or a patch border crosses the pixel."""
 _COARSE = 2
 """Samples a side where they show one surface: the corners of the fine samples."""
+_FACES = 6
+"""Faces of a body at most."""
+
+NOTHING = -1
+"""Owner of a pixel that shows no body."""
+MIXED = -2
+"""Owner of a pixel that shows more than one surface."""
+
+Owners = NDArray[np.int16]
 
 
 @kernel
 def cast_bodies(
     background: ByteArray,
+    standing: NDArray[np.float32],
+    standing_owners: Owners,
+    moving: int,
     focal_px: float,
+    lens: FloatArray,
+    forms: IntArray,
     to_unit: FloatArray,
     eyes: FloatArray,
     per_axes: FloatArray,
     lights: FloatArray,
     ambient: float,
+    outlined: BoolArray,
     centres: FloatArray,
     shapes: FloatArray,
-    visible: BoolArray,
+    cut: BoolArray,
     boxes: IntArray,
     patch_starts: IntArray,
     patch_centres: FloatArray,
     patch_colours: FloatArray,
     paint: bool,
-) -> tuple[NDArray[np.float32], NDArray[np.float32], FloatArray]:
-    """Cast rays from one camera at m ellipsoids; the nearest surface hides what is behind it.
+) -> tuple[NDArray[np.float32], NDArray[np.float32], FloatArray, Owners]:
+    """Cast rays from one camera at m bodies; the nearest surface hides what is behind it.
 
     Parameters
     ----------
     background : (h, w, 3) - RGB where no body is
+    standing : (h, w, 3) - RGB of the background with the bodies that stand still
+    standing_owners : (h, w) - which of them fills a pixel alone, by its number among them, or
+        `NOTHING` or `MIXED`; (0, 0) where none stands
+    moving : the first bodies, which move; the others stand still
     focal_px : focal length; the principal point is the middle of the image [px]
+    lens : (3,) - distortion k1, k2 and the radius up to which it grows
+    forms : (m,) - codes of `kernels.solids`
     to_unit : (m, 3, 3) - camera axes [m] to body coordinates
     eyes : (m, 3) - the camera in body coordinates
     per_axes : (m, 3) - 1 / semi-axes [1/m]
     lights : (m, 3) - unit vector towards the light, in body axes
     ambient : share of the light that comes from everywhere
+    outlined : (m,) - True where `centres` and `shapes` hold the body's outline to the last digit
     centres, shapes : (m, 2), (m, 2, 2) - outlines in the image [px], [1/px²]
-    visible : (m,) - False where there is no outline: it may cross every pixel of the box
+    cut : (m,) - True where the camera plane cuts the body, so that its outline may be no closed curve
     boxes : (m, 4) - x0, y0, x1, y1, pixels that the body can touch; empty where it cannot be seen
     patch_starts : (m + 1,) - patches of body b are patch_starts[b] to patch_starts[b + 1] - 1
     patch_centres : (p, 3) - unit vectors
@@ -56,64 +81,140 @@ def cast_bodies(
     Returns
     -------
     image : (h, w, 3) - RGB; (0, 0, 3) without `paint`
-    coverage : (h, w) - share of each pixel that shows a body
-    areas : (m,) - of each body as the image shows it [px]
+    coverage : (h, w) - share of each pixel that shows a moving body
+    areas : (m,) - of each moving body as the image shows it [px]; 0 for the others
+    owners : (h, w) - the moving body that fills a pixel with one surface, `NOTHING` or `MIXED`
     """
     height, width, _ = background.shape
-    image = background.astype(np.float32) if paint else np.empty((0, 0, 3), np.float32)
+    image = standing.copy() if paint else np.empty((0, 0, 3), np.float32)
     coverage = np.zeros((height, width), np.float32)
+    owners = np.full((height, width), np.int16(NOTHING), np.int16)
     count = len(eyes)
     areas, hits = np.zeros(count), np.zeros(count, np.int64)
     touching = np.empty(count, np.int64)
     reaches = _reaches(shapes)
-    cx, cy = 0.5 * (width - 1), 0.5 * (height - 1)
-    for owner in range(count):
-        for y in range(boxes[owner, 1], boxes[owner, 3]):
-            for x in range(boxes[owner, 0], boxes[owner, 2]):
-                found, side = _bodies_at(x, y, owner, centres, shapes, reaches, visible, boxes, touching)
+    furnished = standing_owners.size > 0
+    k1, k2, turning = lens[0], lens[1], lens[2]
+    for mover in range(moving):
+        for y in range(boxes[mover, 1], boxes[mover, 3]):
+            for x in range(boxes[mover, 0], boxes[mover, 2]):
+                found, side = 0, _COARSE
+                for b in range(moving):
+                    if x < boxes[b, 0] or x >= boxes[b, 2] or y < boxes[b, 1] or y >= boxes[b, 3]:
+                        continue
+                    if b < mover:  # whose turn has been, with this pixel
+                        found = 0
+                        break
+                    if outlined[b]:
+                        dx, dy = x - centres[b, 0], y - centres[b, 1]
+                        radius = np.sqrt(
+                            shapes[b, 0, 0] * dx * dx
+                            + 2.0 * shapes[b, 0, 1] * dx * dy
+                            + shapes[b, 1, 1] * dy * dy
+                        )
+                        if radius > 1.0 + reaches[b]:
+                            continue
+                        if radius > 1.0 - reaches[b]:
+                            side = _FINE
+                    elif cut[b] or not _holds_pixel(
+                        x, y, width, height, focal_px, k1, k2, turning, b, forms, to_unit, eyes
+                    ):
+                        side = _FINE
+                    touching[found] = b
+                    found += 1
                 if found == 0:
                     continue
+                if furnished:
+                    owner = standing_owners[y, x]
+                    if owner >= 0:
+                        touching[found] = moving + owner
+                        found += 1
+                    elif owner == MIXED:
+                        side = _FINE
+                        for b in range(moving, count):
+                            if boxes[b, 0] <= x < boxes[b, 2] and boxes[b, 1] <= y < boxes[b, 3]:
+                                touching[found] = b
+                                found += 1
                 red, green, blue = 0.0, 0.0, 0.0
-                sample, first = 0, -1
+                sample, first, one_surface = 0, -1, True
                 while sample < side * side:
                     stride = (_FINE - 1) // (side - 1)
-                    rx = (x + (sample % side * stride + 0.5) / _FINE - 0.5 - cx) / focal_px
-                    ry = (y + (sample // side * stride + 0.5) / _FINE - 0.5 - cy) / focal_px
-                    body, ux, uy, uz = _nearest(rx, ry, touching, found, to_unit, eyes)
-                    surface = body
+                    column, row = sample % side * stride, sample // side * stride
+                    rx, ry = _ray(x, y, column, row, width, height, focal_px, k1, k2, turning)
+                    body, face, ux, uy, uz = _nearest(rx, ry, touching, found, forms, to_unit, eyes)
+                    surface = -1
                     if body >= 0:
                         hits[body] += 1
+                        surface = body * _FACES
                         if paint:
-                            surface = _patch(
+                            patch = patch_at(
                                 ux, uy, uz, patch_starts[body], patch_starts[body + 1], patch_centres
                             )
-                            shade = ambient + (1.0 - ambient) * _facing(
-                                ux, uy, uz, per_axes[body], lights[body]
+                            surface = patch * _FACES + face
+                            shade = ambient + (1.0 - ambient) * facing(
+                                forms[body], face, ux, uy, uz, per_axes[body], lights[body]
                             )
-                            red += shade * patch_colours[surface, 0]
-                            green += shade * patch_colours[surface, 1]
-                            blue += shade * patch_colours[surface, 2]
+                            red += shade * patch_colours[patch, 0]
+                            green += shade * patch_colours[patch, 1]
+                            blue += shade * patch_colours[patch, 2]
                     if sample == 0:
                         first = surface
                     sample += 1
-                    if side == _COARSE and surface != first:
-                        red, green, blue = 0.0, 0.0, 0.0
-                        for i in range(found):
-                            hits[touching[i]] = 0
-                        sample, side = 0, _FINE
+                    if surface != first:
+                        one_surface = False
+                        if side == _COARSE:
+                            red, green, blue = 0.0, 0.0, 0.0
+                            for i in range(found):
+                                hits[touching[i]] = 0
+                            sample, side = 0, _FINE
                 share = 1.0 / (side * side)
-                covered = 0.0
+                covered, solid = 0.0, 0.0
                 for i in range(found):
                     body = touching[i]
-                    areas[body] += hits[body] * share
-                    covered += hits[body] * share
+                    solid += hits[body] * share
+                    if body < moving:
+                        areas[body] += hits[body] * share
+                        covered += hits[body] * share
+                        if hits[body] > 0:
+                            owners[y, x] = body if one_surface else MIXED
                     hits[body] = 0
                 coverage[y, x] = covered
-                if paint:
-                    image[y, x, 0] = red * share + (1.0 - covered) * background[y, x, 0]
-                    image[y, x, 1] = green * share + (1.0 - covered) * background[y, x, 1]
-                    image[y, x, 2] = blue * share + (1.0 - covered) * background[y, x, 2]
-    return image, coverage, areas
+                if paint and covered > 0.0:
+                    image[y, x, 0] = red * share + (1.0 - solid) * background[y, x, 0]
+                    image[y, x, 1] = green * share + (1.0 - solid) * background[y, x, 1]
+                    image[y, x, 2] = blue * share + (1.0 - solid) * background[y, x, 2]
+    return image, coverage, areas, owners
+
+
+@kernel
+def _holds_pixel(
+    x: int,
+    y: int,
+    width: int,
+    height: int,
+    focal_px: float,
+    k1: float,
+    k2: float,
+    turning: float,
+    b: int,
+    forms: IntArray,
+    to_unit: FloatArray,
+    eyes: FloatArray,
+) -> bool:
+    """Tell whether all samples of a pixel meet body b, seen alone.
+
+    A convex body's outline is convex: if it holds the corners, it holds what lies between them.
+    """
+    for corner in range(4):
+        column, row = corner % 2 * (_FINE - 1), corner // 2 * (_FINE - 1)
+        rx, ry = _ray(x, y, column, row, width, height, focal_px, k1, k2, turning)
+        vx = to_unit[b, 0, 0] * rx + to_unit[b, 0, 1] * ry + to_unit[b, 0, 2]
+        vy = to_unit[b, 1, 0] * rx + to_unit[b, 1, 1] * ry + to_unit[b, 1, 2]
+        vz = to_unit[b, 2, 0] * rx + to_unit[b, 2, 1] * ry + to_unit[b, 2, 2]
+        t, _ = enter(forms[b], eyes[b, 0], eyes[b, 1], eyes[b, 2], vx, vy, vz)
+        if not t < np.inf:
+            return False
+    return True
 
 
 @kernel
@@ -128,53 +229,41 @@ def _reaches(shapes: FloatArray) -> FloatArray:
 
 
 @kernel
-def _bodies_at(
+def _ray(
     x: int,
     y: int,
-    owner: int,
-    centres: FloatArray,
-    shapes: FloatArray,
-    reaches: FloatArray,
-    visible: BoolArray,
-    boxes: IntArray,
-    touching: IntArray,
-) -> tuple[int, int]:
-    """Write the bodies that may show in a pixel into `touching`.
-
-    Returns their number and the samples a side that the pixel needs; 0 bodies where the
-    pixel lies in the box of a body before `owner`, whose turn has been.
-    """
-    found = 0
-    side = _COARSE
-    for b in range(len(centres)):
-        if x < boxes[b, 0] or x >= boxes[b, 2] or y < boxes[b, 1] or y >= boxes[b, 3]:
-            continue
-        if b < owner:
-            return 0, side
-        if visible[b]:
-            dx, dy = x - centres[b, 0], y - centres[b, 1]
-            d = shapes[b, 0, 0] * dx * dx + 2.0 * shapes[b, 0, 1] * dx * dy + shapes[b, 1, 1] * dy * dy
-            radius = np.sqrt(d)
-            if radius > 1.0 + reaches[b]:
-                continue
-            if radius > 1.0 - reaches[b]:
-                side = _FINE
-        else:
-            side = _FINE
-        touching[found] = b
-        found += 1
-    return found, side
+    column: int,
+    row: int,
+    width: int,
+    height: int,
+    focal_px: float,
+    k1: float,
+    k2: float,
+    turning: float,
+) -> tuple[float, float]:
+    """Return the ray that the lens sends to a sample of a pixel."""
+    rx = (x + (column + 0.5) / _FINE - 0.5 - 0.5 * (width - 1)) / focal_px
+    ry = (y + (row + 0.5) / _FINE - 0.5 - 0.5 * (height - 1)) / focal_px
+    if k1 != 0.0 or k2 != 0.0:
+        distorted = np.sqrt(rx * rx + ry * ry)
+        if distorted > 0.0:
+            scale = undistorted_radius(distorted, k1, k2, turning) / distorted
+            rx, ry = scale * rx, scale * ry
+    return rx, ry
 
 
 @kernel
 def _nearest(
-    rx: float, ry: float, touching: IntArray, found: int, to_unit: FloatArray, eyes: FloatArray
-) -> tuple[int, float, float, float]:
-    """Return the first body that a ray meets, or -1, and the point in the body's coordinates.
-
-    A body that holds the camera is not seen from inside.
-    """
-    depth, body = np.inf, -1
+    rx: float,
+    ry: float,
+    touching: IntArray,
+    found: int,
+    forms: IntArray,
+    to_unit: FloatArray,
+    eyes: FloatArray,
+) -> tuple[int, int, float, float, float]:
+    """Return the first body that a ray meets, or -1, its face, and the point in the body's coordinates."""
+    depth, body, side = np.inf, -1, 0
     ux, uy, uz = 0.0, 0.0, 0.0
     for i in range(found):
         b = touching[i]
@@ -182,34 +271,8 @@ def _nearest(
         vx = to_unit[b, 0, 0] * rx + to_unit[b, 0, 1] * ry + to_unit[b, 0, 2]
         vy = to_unit[b, 1, 0] * rx + to_unit[b, 1, 1] * ry + to_unit[b, 1, 2]
         vz = to_unit[b, 2, 0] * rx + to_unit[b, 2, 1] * ry + to_unit[b, 2, 2]
-        # The nearer root t of |o + t v|² = 1; t is the depth along the optical axis.
-        vv = vx * vx + vy * vy + vz * vz
-        ov = ox * vx + oy * vy + oz * vz
-        outside = ox * ox + oy * oy + oz * oz - 1.0
-        chord = ov * ov - vv * outside
-        if chord < 0.0 or ov >= 0.0 or outside <= 0.0:
-            continue
-        t = (-ov - np.sqrt(chord)) / vv
+        t, face = enter(forms[b], ox, oy, oz, vx, vy, vz)  # t is the depth along the optical axis
         if t < depth:
-            depth, body = t, b
+            depth, body, side = t, b, face
             ux, uy, uz = ox + t * vx, oy + t * vy, oz + t * vz
-    return body, ux, uy, uz
-
-
-@kernel
-def _patch(ux: float, uy: float, uz: float, start: int, end: int, patch_centres: FloatArray) -> int:
-    """Return the patch whose centre is nearest to a point of the unit sphere."""
-    best, patch = -np.inf, start
-    for p in range(start, end):
-        cosine = patch_centres[p, 0] * ux + patch_centres[p, 1] * uy + patch_centres[p, 2] * uz
-        if cosine > best:
-            best, patch = cosine, p
-    return patch
-
-
-@kernel
-def _facing(ux: float, uy: float, uz: float, per_axis: FloatArray, light: FloatArray) -> float:
-    """Return max(0, n·l) of the ellipsoid's normal n at a point of the unit sphere (Lambert's law)."""
-    nx, ny, nz = per_axis[0] * ux, per_axis[1] * uy, per_axis[2] * uz
-    cosine = (nx * light[0] + ny * light[1] + nz * light[2]) / np.sqrt(nx * nx + ny * ny + nz * nz)
-    return float(max(cosine, 0.0))
+    return body, side, ux, uy, uz

@@ -1,37 +1,10 @@
-"""Schema of `cameras:` and `motes:`: what sees, what computes and sends, and what feeds it."""
+"""Schema of `motes:`: what computes and sends, and what feeds it."""
 
-from typing import Annotated, Literal, Self, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from wsnsim.scenario.schema_base import Name, Part, PhotoOrFile, PlatformName, Position, RadioName, wrong
-
-
-class Camera(Part):
-    """A pinhole camera that never moves."""
-
-    id: Name = Field(description="name of the camera and of the mote that carries it")
-    position_m: Position = Field(description="centre of projection [m]")
-    look_at_m: Position = Field(description="point in the middle of the image [m]")
-    resolution_px: tuple[
-        Annotated[int, Field(ge=8, le=4096)],
-        Annotated[int, Field(ge=8, le=4096)],
-    ] = Field((320, 240), description="width and height of the image [px]")
-    focal_px: float = Field(300.0, ge=1, le=1e6, description="focal length [px]")
-    rate_hz: float = Field(4.0, gt=0, le=1000, description="images a second, the same for all cameras [Hz]")
-    background: PhotoOrFile = Field(
-        "photo/coffee", description="what is behind the targets: photo/NAME of the package, or an image file"
-    )
-    noise_sd: float = Field(
-        5.0, ge=0, le=255, description="standard deviation of a pixel's noise [grey levels of 255]"
-    )
-    gain_jitter: float = Field(0.02, ge=0, le=1, description="standard deviation of an image's gain [-]")
-
-    @model_validator(mode="after")
-    def _looks_somewhere(self) -> Self:
-        if self.position_m == self.look_at_m:
-            raise wrong("must look at a point other than its own position")
-        return self
+from wsnsim.scenario.schema_base import Name, Part, PlatformName, Position, RadioName
 
 
 class TwoAa(Part):

@@ -3,6 +3,7 @@
 from wsnsim.hardware.profiles import Imager
 from wsnsim.net.clock import Clock
 from wsnsim.sim.node import Node
+from wsnsim.sim.recording import ImageRecorder
 from wsnsim.types import ByteArray, Seconds
 from wsnsim.units import to_ns
 from wsnsim.vision.frame import Frame
@@ -15,10 +16,23 @@ class MoteCamera:
 
     The image shows the instant of the trigger; the program has it when the
     imager has read it out.
+
+    Parameters
+    ----------
+    recorder : keeps the frames that the scenario asks for
     """
 
-    def __init__(self, clock: Clock, node: Node, renderer: Renderer, imager: Imager, world: World) -> None:
+    def __init__(
+        self,
+        clock: Clock,
+        node: Node,
+        renderer: Renderer,
+        imager: Imager,
+        world: World,
+        recorder: ImageRecorder,
+    ) -> None:
         self.node = node
+        self._recorder = recorder
         self.renderer = renderer
         self._clock = clock
         self._world = world
@@ -42,6 +56,8 @@ class MoteCamera:
     def _hand_over(self, frame: Frame) -> None:
         self._reading_out = False
         self.node.power.camera(active=False)
+        if self.node.alive:
+            self._recorder.keep(frame)
         self.node.take_frame(frame)
 
     def _render(self, step: int, time: Seconds) -> ByteArray:

@@ -40,12 +40,25 @@ def load_background(name_or_path: str | Path, resolution_px: tuple[int, int]) ->
     ------
     ValueError : the name is not known, or the file is missing, damaged, or no image of 8 bits a channel
     """
+    return fitted(read_picture(_locate(name_or_path)), resolution_px)
+
+
+def fitted(picture: "Image.Image", resolution_px: tuple[int, int]) -> ByteArray:
+    """Return the largest part in the middle of an RGB picture that has an image's aspect, resized.
+
+    Parameters
+    ----------
+    picture : of mode RGB
+    resolution_px : (width, height) [px]
+
+    Returns
+    -------
+    (h, w, 3) - RGB
+    """
     from PIL import ImageOps
     from PIL.Image import Resampling
 
-    picture = _read(_locate(name_or_path))
-    fitted = ImageOps.fit(picture, resolution_px, Resampling.LANCZOS)
-    return np.array(fitted, dtype=np.uint8)
+    return np.array(ImageOps.fit(picture, resolution_px, Resampling.LANCZOS), dtype=np.uint8)
 
 
 def _locate(name_or_path: str | Path) -> Path:
@@ -61,7 +74,7 @@ def _locate(name_or_path: str | Path) -> Path:
     raise ValueError(f"a photograph must be one of {known} or an image file that exists, got {name!r}{hint}")
 
 
-def _read(path: Path) -> "Image.Image":
+def read_picture(path: Path) -> "Image.Image":
     """Return the picture in `path`, turned upright, as RGB."""
     from PIL import Image, ImageOps
 

@@ -1,0 +1,87 @@
+"""`wsnsim bench` runs and its kernels agree with their twins; how fast they are is no test."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from wsnsim.bench.timing import Times, by_turns
+
+
+@pytest.fixture(scope="module")
+def measures():
+    done = subprocess.run(
+        [sys.executable, "-m", "wsnsim", "bench", "vision", "--quick", "--json"],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "setup A" in done.stderr
+    return json.loads(done.stdout)
+
+
+def test_every_kernel_is_timed_in_both_setups(measures):
+    for setup in "AB":
+        timed = [measure["what"] for measure in measures if measure["setup"] == setup]
+        assert timed == [
+            "weighted histograms",
+            "unweighted histograms",
+            "log-likelihood ratios",
+            "bins of the region",
+            "rendering a frame",
+        ]
+    assert all(measure["cpu_ms"] > 0.0 for measure in measures)
+
+
+def test_kernels_agree_with_their_twins(measures):
+    compared = [measure for measure in measures if measure["deviation"] is not None]
+    assert len(compared) == 6
+    assert all(measure["deviation"] < 1e-6 for measure in compared)
+
+
+def test_the_target_fills_what_the_published_experiments_say(measures):
+    """Kushwaha & Koutsoukos 2013, Sec. 6.1: about 2 % in setup A, 0.57 % on average in B."""
+    notes = {
+        measure["setup"]: measure["note"] for measure in measures if measure["what"].startswith("weighted")
+    }
+    shares = {setup: float(note.split("target ")[1].split(" %")[0]) for setup, note in notes.items()}
+    assert 1.8 < shares["A"] < 2.3
+    assert shares["B"] == pytest.approx(0.57, abs=0.05)
+
+
+def test_a_whole_run_can_be_timed(scenarios):
+    from wsnsim.bench.vision import bench_run
+
+    measure = bench_run(scenarios / "quickstart.yaml", ("duration_s=1.0", "system.particles=50"))
+    assert measure.setup == "quickstart"
+    assert measure.cpu_ms > 0.0
+    assert "steps; peak memory" in measure.note
+
+
+def test_ratios_are_medians_of_the_turns():
+    times = Times({"plain": (10.0, 12.0, 90.0), "fast": (1.0, 2.0, 3.0)})
+    assert times.typical("plain") == 12.0
+    assert times.ratio("plain", "fast") == 10.0
+
+
+def test_turns_alternate_and_call_everything():
+    called = []
+    times = by_turns({name: lambda name=name: called.append(name) for name in ("first", "second")}, turns=3)
+    assert {name: len(seconds) for name, seconds in times.seconds.items()} == {"first": 3, "second": 3}
+    assert called[-1] == "second"
+    assert set(called) == {"first", "second"}
+
+
+def test_without_opencv_that_comparison_is_left_out(monkeypatch):
+    from wsnsim.bench import vision
+
+    monkeypatch.setattr(vision, "has_opencv", lambda: False)
+    alone = [measure for measure in vision.bench_vision(quick=True) if measure.what == vision.UNWEIGHTED]
+    assert [measure.setup for measure in alone] == ["A", "B"]
+    for measure in alone:
+        assert measure.peer is measure.ratio is measure.peer_cpu_ms is None
+        assert measure.deviation < 1e-6
+        assert "is not installed" in measure.note
