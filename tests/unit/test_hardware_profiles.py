@@ -79,3 +79,17 @@ def test_registries_cannot_be_changed():
 def test_battery_capacities():
     assert BATTERIES["two_aa"].capacity_j == 18_720
     assert BATTERIES["mains"].capacity_j is None
+
+
+def test_the_80_mhz_processor_draws_its_data_sheet_current_by_the_megahertz():
+    stm32 = PLATFORMS["stm32l476"]
+    assert stm32.cpu_active_w == pytest.approx(100e-6 * 3.0 * 80)
+    assert stm32.clock_hz == 80e6
+
+
+def test_platforms_of_80_400_and_1000_mhz_do_the_same_work_ever_faster():
+    """Histograms are whole numbers for the most part: the order is that of the clocks."""
+    work = Work(int_ops=3e6, float_ops=1e4, memory_bytes=2e5)
+    times = [PLATFORMS[name].seconds(work) for name in ("stm32l476", "imote2_416", "rpi_zero2w")]
+    assert times == sorted(times, reverse=True)
+    assert times[0] > 4 * times[1]

@@ -173,6 +173,23 @@ _PLATFORMS = (
         board_w=66e-3 * 4.5 - 0.116 - 18.8e-3 * 3.0,
     ),
     Platform(
+        name="stm32l476",
+        description="STM32L476 microcontroller, Cortex-M4F at 80 MHz, hardware single-precision floats",
+        source=(
+            "STMicroelectronics DS10198 (features): 100 uA/MHz running at 80 MHz from the linear regulator, "
+            "37 uA/MHz asleep, both quoted from memory, at 3.0 V; board 10 mW (image memory, regulator) and "
+            "cycles per operation are estimates (Cortex-M4 TRM: float add and multiply 1 cycle, load 2); "
+            "whether an image fits its 128 kB of RAM is not modelled"
+        ),
+        clock_hz=80e6,
+        cycles_per_int_op=1.3,
+        cycles_per_float_op=3.0,
+        cycles_per_byte=1.0,
+        cpu_active_w=100e-6 * 80.0 * 3.0,
+        cpu_idle_w=37e-6 * 80.0 * 3.0,
+        board_w=0.010,
+    ),
+    Platform(
         name="cortex_a9_1200",
         description="ARM Cortex-A9 board, one core at 1.2 GHz, hardware floats",
         source=(

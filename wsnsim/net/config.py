@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from wsnsim.net.phy import MAX_MPDU_BYTES
+
 CollisionModel: TypeAlias = Literal["sinr", "destructive"]
 CcaModel: TypeAlias = Literal["whole_window", "end_of_window"]
 
@@ -62,7 +64,10 @@ class Ieee802154Config:
     reassembly_timeout_s: float = 10.0
     """How long fragments wait for the others of their datagram [s]; RFC 4944, sec. 5.3, allows up to 60."""
     link_success_min: float = 0.9
-    """Share of the longest frames that a link of the routing tree must carry, without interference."""
+    """Share of the longest frames that a link of the routing tree must carry, without interference; for a
+    tree by ETX the chance that a frame of `etx_frame_bytes` is acknowledged."""
+    etx_frame_bytes: int | None = None
+    """Length of the frames by which the ETX of a link is measured [B]; None for a tree of fewest hops."""
     record_frames: bool = False
     """Whether the observer hears of every frame."""
 
@@ -86,5 +91,7 @@ class Ieee802154Config:
             raise ValueError(f"mesh_header_bytes: must be 0 or 5, got {self.mesh_header_bytes}")
         if not 0.0 < self.link_success_min < 1.0:
             raise ValueError(f"link_success_min: must be between 0 and 1, got {self.link_success_min}")
+        if self.etx_frame_bytes is not None and not 1 <= self.etx_frame_bytes <= MAX_MPDU_BYTES:
+            raise ValueError(f"etx_frame_bytes: must be 1 to {MAX_MPDU_BYTES}, got {self.etx_frame_bytes}")
         if not 0 <= self.pan_id < 0xFFFF:
             raise ValueError(f"pan_id: must be 0 to 65534, got {self.pan_id}")

@@ -6,7 +6,6 @@ look inside them.
 """
 
 from collections.abc import Mapping
-from math import log10
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,11 +19,12 @@ from wsnsim.net.fragmentation import fragment_count
 from wsnsim.net.frames import MAX_NODES
 from wsnsim.net.interface import Datagram, LinkCounters, NetworkObserver, Outcome
 from wsnsim.net.link import Directory, Link, fragment_room_bytes
+from wsnsim.net.linkquality import expected_transmissions, weakest_usable_dbm
 from wsnsim.net.medium import Medium, RadioMeter, Transmission
 from wsnsim.net.mesh import MAX_HOPS
-from wsnsim.net.phy import MAX_MPDU_BYTES, weakest_sinr
 from wsnsim.net.propagation import Propagation, range_m, received_dbm
-from wsnsim.net.routing import RoutingError, Tree, check_datagram, min_hop_tree
+from wsnsim.net.routing import RoutingError, Tree, check_datagram, etx_tree, min_hop_tree
+from wsnsim.net.shadowing import mean_of
 from wsnsim.records import FrameRow
 from wsnsim.rng import RandomStreams
 from wsnsim.types import FloatArray, Nanoseconds, NodeId
@@ -37,24 +37,36 @@ def radio_tree(
     propagation: Propagation,
     config: Ieee802154Config,
 ) -> Tree:
-    """Return the min-hop tree over links that carry enough of the longest frames, undisturbed.
+    """Return the tree of fewest hops, or of lowest ETX, over links that are good enough, undisturbed.
+
+    Good enough for fewest hops: `link_success_min` of the longest frames arrive, in
+    both directions. For the ETX: so much of the frames and their acknowledgements do.
 
     Parameters
     ----------
     positions : where the nodes are, (x, y, z) [m]; their order breaks ties
     base : the node all routes lead to
     propagation : path loss between nodes
-    config : powers, and `link_success_min`
+    config : powers, `link_success_min`, and `etx_frame_bytes` where the ETX is wanted
 
     Raises
     ------
     RoutingError : nodes that cannot reach the base
     """
-    needed_db = 10.0 * log10(weakest_sinr(MAX_MPDU_BYTES, config.link_success_min))
-    weakest_dbm = max(config.sensitivity_dbm, config.noise_dbm + needed_db)
-    reach_m = range_m(propagation, config.tx_power_dbm - weakest_dbm)
-    power_dbm = received_dbm(propagation, _array(positions), config.tx_power_dbm)
+    power_dbm = link_powers(positions, propagation, config)
+    if config.etx_frame_bytes is not None:
+        etx = expected_transmissions(power_dbm, config, config.etx_frame_bytes)
+        return etx_tree(positions, base, etx, power_dbm, 1.0 / config.link_success_min)
+    weakest_dbm = weakest_usable_dbm(config)
+    reach_m = range_m(mean_of(propagation), config.tx_power_dbm - weakest_dbm)
     return min_hop_tree(positions, base, power_dbm, weakest_dbm, reach_m)
+
+
+def link_powers(
+    positions: Mapping[NodeId, ArrayLike], propagation: Propagation, config: Ieee802154Config
+) -> FloatArray:
+    """Return the power (n, n) of each node at each other [dBm], in the order of `positions`."""
+    return received_dbm(propagation, _array(positions), config.tx_power_dbm)
 
 
 class Ieee802154Network:
@@ -64,7 +76,7 @@ class Ieee802154Network:
     ----------
     env : SimPy environment whose time counts integer nanoseconds
     positions : where the nodes are, (x, y, z) [m]; their order gives short addresses and breaks ties
-    routes : the routing tree, or the base station to which a min-hop tree shall be found
+    routes : the routing tree, or the base station to which a tree shall be found
     propagation : path loss between nodes
     config : all parameters
     streams : the run's random streams; `net.mac` and `net.reception` of each node are used
@@ -98,7 +110,7 @@ class Ieee802154Network:
         addresses = {node: at for at, node in enumerate(names)}
         directory = Directory(self.tree, names, addresses, self._stopped, self._flights)
         self._directory = directory
-        self._power_dbm = received_dbm(propagation, _array(positions), config.tx_power_dbm)
+        self._power_dbm = link_powers(positions, propagation, config)
         report = self._record if config.record_frames else None
         medium = Medium(self._clock, config, 10.0 ** (self._power_dbm / 10.0), report)
         self._macs: dict[NodeId, CsmaCa] = {}

@@ -86,6 +86,17 @@ def log_success(sinr: float, bits: float) -> float:
     return bits * log1p(-bit_error_rate(sinr))
 
 
+def frame_success(sinr: float, mpdu_bytes: int) -> float:
+    """Return the probability that all of a frame is right, its synchronisation header included.
+
+    Parameters
+    ----------
+    sinr : signal over noise and interference, as a ratio (not decibels)
+    mpdu_bytes : length of the MPDU, frame check sequence included [B]
+    """
+    return exp(log_success(sinr, air_time_ns(mpdu_bytes) / BIT_NS))
+
+
 def weakest_sinr(mpdu_bytes: int, success: float) -> float:
     """Return the smallest SINR (a ratio) at which a frame succeeds often enough.
 
@@ -103,7 +114,7 @@ def weakest_sinr(mpdu_bytes: int, success: float) -> float:
     low, high = 0.0, _ERROR_FREE_SINR
     for _ in range(60):
         middle = (low + high) / 2.0
-        if exp(log_success(middle, air_time_ns(mpdu_bytes) / BIT_NS)) < success:
+        if frame_success(middle, mpdu_bytes) < success:
             low = middle
         else:
             high = middle

@@ -57,7 +57,11 @@ class LogDistance:
         -------
         (n, n) - path loss [dB]
         """
-        ratio = np.maximum(distances(positions) / self.reference_distance_m, 1.0)
+        return self.at(distances(positions))
+
+    def at(self, distance_m: FloatArray) -> FloatArray:
+        """Return the loss at distances [m] of any shape [dB]."""
+        ratio = np.maximum(distance_m / self.reference_distance_m, 1.0)
         return np.asarray(self.reference_loss_db + 10.0 * self.exponent * np.log10(ratio))
 
 

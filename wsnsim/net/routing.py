@@ -1,4 +1,12 @@
-"""Who sends to whom: a spanning tree of fewest hops to the base station, or one given by hand."""
+"""Who sends to whom: a tree of fewest hops or transmissions to the base station, or one given by hand.
+
+Left out: routes that change while a run lasts; links are what propagation makes of them, not estimates.
+
+References
+----------
+De Couto, Aguayo, Bicket, Morris, A High-Throughput Path Metric for Multi-Hop Wireless Routing (MobiCom 2003),
+sec. 3: ETX.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,7 +19,10 @@ from numpy.typing import ArrayLike
 from wsnsim.errors import WsnsimError
 from wsnsim.net.interface import Datagram
 from wsnsim.net.propagation import distances
-from wsnsim.types import FloatArray, NodeId
+from wsnsim.types import FloatArray, IntArray, NodeId
+
+_ETX_UNITS = 1e9
+"""Parts in which a transmission is counted, so that ways are equal or not whatever the order of adding."""
 
 
 class RoutingError(WsnsimError):
@@ -140,32 +151,87 @@ def min_hop_tree(
     ------
     RoutingError : the base is not a node, or nodes cannot reach it
     """
+    strength = np.minimum(power_dbm, power_dbm.T)
+    costs = np.where(strength >= weakest_dbm, 1, 0)
+    return _cheapest_tree(positions, base, costs, strength, f"of up to {range_m:.1f} m")
+
+
+def etx_tree(
+    positions: Mapping[NodeId, ArrayLike],
+    base: NodeId,
+    etx: FloatArray,
+    power_dbm: FloatArray,
+    most_etx: float,
+) -> Tree:
+    """Find the tree on whose ways to the base a frame is sent least often.
+
+    The cost of a way is the sum of its links' ETX. Of ways that cost the same (to
+    1e-9 transmissions) the one with fewer hops wins, then the stronger link (the
+    weaker of its two directions counts), then the parent that stands first.
+
+    Parameters
+    ----------
+    positions : where the nodes are, (x, y, z) [m]; their order breaks ties
+    base : the node all routes lead to
+    etx : (n, n) - expected transmissions of a frame from node i to node j until its acknowledgement is
+        heard, infinite where none is, nodes in the order of `positions` [-]
+    power_dbm : (n, n) - power of node i at node j [dBm]
+    most_etx : ETX above which a link is not used [-]
+
+    Raises
+    ------
+    RoutingError : the base is not a node, or nodes cannot reach it
+
+    References
+    ----------
+    De Couto et al. (2003), sec. 3.
+    """
+    usable = etx <= most_etx
+    # whole numbers, so that sums do not depend on their order
+    costs = np.where(usable, np.round(np.where(usable, etx, 1.0) * _ETX_UNITS), 0.0).astype(np.int64)
+    strength = np.minimum(power_dbm, power_dbm.T)
+    return _cheapest_tree(positions, base, costs, strength, f"with an ETX of at most {most_etx:g}")
+
+
+def _cheapest_tree(
+    positions: Mapping[NodeId, ArrayLike], base: NodeId, costs: IntArray, strength: FloatArray, links: str
+) -> Tree:
+    """Find the tree of cheapest ways to the base (Dijkstra).
+
+    Parameters
+    ----------
+    positions, base : as above
+    costs : (n, n) - of the link from node i to node j, 0 where there is none
+    strength : (n, n) - breaks ties between links [dBm]
+    links : what links must be like, for the error message
+    """
     nodes = list(positions)
     if base not in positions:
         raise RoutingError(f"base: must be one of the nodes {nodes}, got {base!r}")
-    strength = np.minimum(power_dbm, power_dbm.T)
-    graph: nx.Graph[int] = nx.Graph()
-    graph.add_nodes_from(range(len(nodes)))
-    graph.add_edges_from(
-        (int(one), int(other)) for one, other in np.argwhere(np.triu(strength >= weakest_dbm, 1))
+    # one number for cost, then hops: no way has as many hops as there are nodes
+    steps = np.where(costs > 0, costs * len(nodes) + 1, 0)
+    ways: nx.DiGraph[int] = nx.DiGraph()
+    ways.add_nodes_from(range(len(nodes)))
+    senders, receivers = np.nonzero(steps)
+    ways.add_weighted_edges_from(
+        zip(receivers.tolist(), senders.tolist(), steps[senders, receivers].tolist(), strict=True)
     )
-    depth = nx.single_source_shortest_path_length(graph, nodes.index(base))
-    if len(depth) < len(nodes):
-        raise RoutingError(_unreached(positions, base, {nodes[at] for at in depth}, range_m))
+    lengths = nx.single_source_dijkstra_path_length(ways, nodes.index(base))
+    if len(lengths) < len(nodes):
+        raise RoutingError(_unreached(positions, base, {nodes[at] for at in lengths}, links))
     parents: dict[NodeId, NodeId | None] = {}
     for at, node in enumerate(nodes):
-        nearer = [other for other in sorted(graph[at]) if depth[other] == depth[at] - 1]
-        parents[node] = nodes[max(nearer, key=lambda other: strength[at, other])] if nearer else None
+        onward = np.flatnonzero(steps[at]).tolist()
+        cheapest = [other for other in onward if lengths[other] + steps[at, other] == lengths[at]]
+        parents[node] = nodes[max(cheapest, key=lambda other: strength[at, other])] if cheapest else None
     return tree_from_parents(parents)
 
 
-def _unreached(
-    positions: Mapping[NodeId, ArrayLike], base: NodeId, reached: set[NodeId], range_m: float
-) -> str:
+def _unreached(positions: Mapping[NodeId, ArrayLike], base: NodeId, reached: set[NodeId], links: str) -> str:
     nodes = list(positions)
     apart = distances(np.array([positions[node] for node in nodes], dtype=np.float64))
     apart[:, [node not in reached for node in nodes]] = np.inf
-    lines = [f"routing: every node must reach the base {base!r} over links of up to {range_m:.1f} m"]
+    lines = [f"routing: every node must reach the base {base!r} over links {links}"]
     for at, node in enumerate(nodes):
         if node not in reached:
             nearest = int(np.argmin(apart[at]))

@@ -5,11 +5,12 @@ Defaults of the medium access are those of IEEE 802.15.4-2006, table 86, but for
 channel. The threshold of carrier sensing and the sensitivity are the CC2420's.
 """
 
-from typing import Literal, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self, TypeAlias
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from wsnsim.scenario.schema_base import Part, wrong
+from wsnsim.scenario.schema_base import Name, Part, wrong
 
 
 class LogDistance(Part):
@@ -21,6 +22,18 @@ class LogDistance(Part):
     exponent: float = Field(3.0, gt=0, le=10, description="path-loss exponent; 2 in free space [-]")
     reference_loss_db: float = Field(40.05, ge=0, le=200, description="loss at the reference distance [dB]")
     reference_distance_m: float = Field(1.0, gt=0, le=1e4, description="reference distance [m]")
+    shadowing_db: float = Field(
+        0.0,
+        ge=0,
+        le=50,
+        description="standard deviation of what a link loses beyond that, by seed; 4 outdoors [dB]",
+    )
+    asymmetry_db: float = Field(
+        0.0,
+        ge=0,
+        le=50,
+        description="standard deviation of the difference between a link's two directions, by seed [dB]",
+    )
 
 
 class CsmaCa(Part):
@@ -69,6 +82,32 @@ class MinHopTree(Part):
     )
 
 
+class EtxTree(Part):
+    """The tree on whose ways a frame is sent least often (De Couto et al. 2003)."""
+
+    kind: Literal["etx_tree"] = Field(
+        "etx_tree", description="etx_tree: fewest transmissions to the base station, repeats counted"
+    )
+    frame_bytes: int = Field(
+        127, ge=12, le=127, description="frames that the links are measured by, headers included [bytes]"
+    )
+    link_success_min: float = Field(
+        0.1, gt=0, lt=1, description="chance of such a frame and its ACK that a link must have to be used [-]"
+    )
+
+
+class GivenTree(Part):
+    """A tree by hand."""
+
+    kind: Literal["tree"] = Field("tree", description="tree: the parents that are given here")
+    parents: dict[Name, Name] = Field(
+        description="next node on the way to the base station, for each node but the base"
+    )
+
+
+Routing: TypeAlias = Annotated[MinHopTree | EtxTree | GivenTree, Field(discriminator="kind")]
+
+
 class NetworkParams(Part):
     """How messages travel."""
 
@@ -88,7 +127,7 @@ class NetworkParams(Part):
         "sinr",
         description="sinr: bit errors by signal over interference and noise; destructive: any overlap loses",
     )
-    routing: MinHopTree = Field(MinHopTree(), description="which way frames go")
+    routing: Routing = Field(MinHopTree(), description="which way frames go")
     mesh_header_bytes: Literal[0, 5] = Field(
         5,
         description="5: 6LoWPAN's mesh header names origin and destination; 0: they cost nothing [bytes]",
@@ -96,3 +135,10 @@ class NetworkParams(Part):
     reassembly_timeout_s: float = Field(
         10.0, gt=0, le=3600, description="how long a receiver waits for a message's missing fragments [s]"
     )
+
+    @field_validator("routing", mode="before")
+    @classmethod
+    def _fewest_hops_unless_said_otherwise(cls, routing: Any) -> Any:
+        if isinstance(routing, Mapping) and "kind" not in routing:
+            return {"kind": MinHopTree.model_fields["kind"].default, **routing}
+        return routing

@@ -1,24 +1,36 @@
 """The network of a run from its section of a scenario."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import dist
 
 import simpy
 
+from wsnsim.errors import ScenarioError
 from wsnsim.net.config import Ieee802154Config
 from wsnsim.net.ideal import IdealNetwork
-from wsnsim.net.ieee802154 import Ieee802154Network, radio_tree
+from wsnsim.net.ieee802154 import Ieee802154Network, link_powers, radio_tree
 from wsnsim.net.interface import Network, NetworkObserver
+from wsnsim.net.linkquality import weakest_usable_dbm
 from wsnsim.net.phy import BIT_RATE_BPS
-from wsnsim.net.propagation import LogDistance
-from wsnsim.net.routing import RoutingError, Tree
+from wsnsim.net.propagation import LogDistance, Propagation
+from wsnsim.net.routing import RoutingError, Tree, tree_from_parents
+from wsnsim.net.shadowing import Shadowed, shadowing_db
 from wsnsim.rng import RandomStreams
+from wsnsim.scenario.faults import Fault, shown
 from wsnsim.scenario.load import LoadedScenario
+from wsnsim.scenario.routes import PARENTS, route_faults
 from wsnsim.scenario.schema import Scenario
-from wsnsim.scenario.schema_network import NetworkParams
+from wsnsim.scenario.schema_network import EtxTree, GivenTree, MinHopTree, NetworkParams
 from wsnsim.sim.power import NodePower, RadioMeter
 from wsnsim.types import NodeId
 
 Positions = Mapping[NodeId, Sequence[float]]
+
+_SOMETHING = 0.01
+"""Share of the longest frames that a link of a tree by hand must carry in both directions."""
+_USUAL: float = MinHopTree.model_fields["link_success_min"].default
+"""What counts as a good link where the routing does not say."""
 
 
 def build_tree(loaded: LoadedScenario, positions: Positions) -> Tree:
@@ -26,13 +38,54 @@ def build_tree(loaded: LoadedScenario, positions: Positions) -> Tree:
 
     Raises
     ------
-    ScenarioError : nodes that cannot reach the base station
+    ScenarioError : nodes that cannot reach the base station, or a tree by hand that is none
     """
-    network, base = loaded.scenario.network, loaded.scenario.motes.base.id
+    scenario = loaded.scenario
+    network = scenario.network
+    if isinstance(network.routing, GivenTree):
+        return _given_tree(loaded, network.routing, positions)
+    propagation = node_propagation(network, positions, RandomStreams(scenario.seed))
     try:
-        return radio_tree(positions, base, _propagation(network), _config(network, record_frames=False))
+        return radio_tree(positions, scenario.motes.base.id, propagation, radio_config(network))
     except RoutingError as error:
-        raise loaded.error(("network",), str(error)) from error
+        why = str(error)
+        if isinstance(propagation, Shadowed):
+            why += "\nshadowing makes links better or worse than their distance, "
+            why += f"by the run's seed; this seed is {scenario.seed}"
+        raise loaded.error(("network",), why) from error
+
+
+def _given_tree(loaded: LoadedScenario, routing: GivenTree, positions: Positions) -> Tree:
+    """Return a tree by hand over links that carry something."""
+    scenario = loaded.scenario
+    faults = route_faults(scenario, routing)
+    if not faults:
+        faults = _dead_links(scenario, routing, positions)
+    if faults:
+        raise ScenarioError([loaded.marks.problem(fault) for fault in faults])
+    base = scenario.motes.base.id
+    return tree_from_parents({node: None if node == base else routing.parents[node] for node in positions})
+
+
+def _dead_links(scenario: Scenario, routing: GivenTree, positions: Positions) -> list[Fault]:
+    """Find links of a tree by hand over which next to nothing gets through in one of the directions."""
+    config = replace(radio_config(scenario.network), link_success_min=_SOMETHING)
+    propagation = node_propagation(scenario.network, positions, RandomStreams(scenario.seed))
+    power_dbm = link_powers(positions, propagation, config)
+    weakest_dbm = weakest_usable_dbm(config)
+    at = {node: number for number, node in enumerate(positions)}
+    faults = []
+    for node, parent in routing.parents.items():
+        one, other = at[node], at[parent]
+        arriving_dbm = min(power_dbm[one, other], power_dbm[other, one])
+        if arriving_dbm < weakest_dbm:
+            message = (
+                f"must be a node that hears {shown(node)} and is heard by it, got {shown(parent)}: "
+                f"{dist(positions[node], positions[parent]):.1f} m away, {arriving_dbm:.1f} dBm arrive and "
+                f"{weakest_dbm:.1f} dBm are needed; choose another, add relays, or raise the transmit power"
+            )
+            faults.append(Fault((*PARENTS, node), message))
+    return faults
 
 
 def build_network(
@@ -52,20 +105,31 @@ def build_network(
         env,
         positions,
         tree,
-        _propagation(network),
-        _config(network, scenario.record.frames),
+        node_propagation(network, positions, streams),
+        radio_config(network, scenario.record.frames),
         streams,
         observer,
         {node: RadioMeter(power) for node, power in powers.items()},
     )
 
 
-def _propagation(network: NetworkParams) -> LogDistance:
+def node_propagation(network: NetworkParams, positions: Positions, streams: RandomStreams) -> Propagation:
+    """Return the path loss between a run's nodes, the shadowing of each link included."""
+    loss, mean = network.propagation, mean_propagation(network)
+    if loss.shadowing_db == 0.0 and loss.asymmetry_db == 0.0:
+        return mean
+    return Shadowed(mean, shadowing_db(tuple(positions), loss.shadowing_db, loss.asymmetry_db, streams))
+
+
+def mean_propagation(network: NetworkParams) -> LogDistance:
+    """Return the path loss by distance alone, which holds at any place."""
     loss = network.propagation
     return LogDistance(loss.exponent, loss.reference_loss_db, loss.reference_distance_m)
 
 
-def _config(network: NetworkParams, record_frames: bool) -> Ieee802154Config:
+def radio_config(network: NetworkParams, record_frames: bool = False) -> Ieee802154Config:
+    """Return radio, MAC and link layer of all nodes."""
+    routing = network.routing
     mac = network.mac
     return Ieee802154Config(
         tx_power_dbm=network.tx_power_dbm,
@@ -82,7 +146,8 @@ def _config(network: NetworkParams, record_frames: bool) -> Ieee802154Config:
         queue_frames=mac.queue_frames,
         outbox_datagrams=mac.outbox_datagrams,
         reassembly_timeout_s=network.reassembly_timeout_s,
-        link_success_min=network.routing.link_success_min,
+        link_success_min=_USUAL if isinstance(routing, GivenTree) else routing.link_success_min,
+        etx_frame_bytes=routing.frame_bytes if isinstance(routing, EtxTree) else None,
         record_frames=record_frames,
     )
 

@@ -11,7 +11,7 @@ from wsnsim.net.clock import Clock
 from wsnsim.records import EstimateRow, EventRow, Sink
 from wsnsim.sim.power import NodePower
 from wsnsim.systems.base import Context, Program, Received, Role, Send, Step, TrackEstimate
-from wsnsim.types import NodeId
+from wsnsim.types import Nanoseconds, NodeId
 from wsnsim.units import to_ns, to_s
 from wsnsim.vision.frame import Frame
 
@@ -48,6 +48,8 @@ class Node:
         self.busy = False
         """Whether the processor has work."""
         self.died_at_s: float | None = None
+        self.work_longest_ns: Nanoseconds = 0
+        """Longest time that the work on one input takes, or would have taken."""
         self.images_taken = 0
         self.images_skipped = 0
         self._clock = clock
@@ -104,6 +106,7 @@ class Node:
             with self._blamed():
                 step = action(Context(self.id, to_s(self._clock.now), self.power.left_j()))
                 duration = to_ns(self.platform.seconds(step.work))
+            self.work_longest_ns = max(self.work_longest_ns, duration)
             if duration == 0:
                 self._conclude(step)
             else:
