@@ -190,6 +190,7 @@ def _node_rows(load, sent, died):
             mac_tx_bytes=air_bytes, mac_rx_bytes=1_875, frames_tx=air_bytes // 90 + 1, frames_retried=7,
             frames_dropped=0 if load == "fine" else 90, images_taken=STEPS if name.startswith("c") else 0,
             images_skipped=4 if name == "c3" else 0, cpu_cycles=busy_ns * 0.416, cpu_busy_s=busy_ns / 1e9,
+            frame_work_mean_s=busy_ns / 1e9 / STEPS if name.startswith("c") else None, work_longest_s=0.06,
             energy_radio_tx_j=drawn["radio", "transmit"], energy_radio_rx_j=drawn["radio", "receive"],
             energy_radio_listen_j=drawn["radio", "listen"], energy_radio_sleep_j=0.0,
             energy_cpu_j=by_component["cpu"], energy_camera_j=by_component["camera"],

@@ -73,7 +73,9 @@ class EstimateRow:
     """Cameras whose contribution is in the estimate."""
     kind: str
     """`update` from measurements; without any: `timed_out` (asked, none arrived in time), `unasked` (no
-    camera has the target in view), `skipped` (the tracker was still busy with an earlier step)."""
+    camera has the target in view), `skipped` (the tracker was still busy with an earlier step), `lost` (the
+    track was declared lost: its last prediction is held). `smoothed`: a second look at an older instant,
+    made later from what came after it; it takes no other estimate's place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +100,10 @@ class NodeRow:
     images_skipped: int
     cpu_cycles: float
     cpu_busy_s: float
+    frame_work_mean_s: float | None
+    """`cpu_busy_s` for each image taken; None for a node that took none."""
+    work_longest_s: float
+    """Time that the longest work on one input (an image, a message, a timer) takes on this processor."""
     energy_radio_tx_j: float
     energy_radio_rx_j: float
     energy_radio_listen_j: float
@@ -179,8 +185,29 @@ class FrameRow:
     outcome: str
 
 
+@dataclass(frozen=True, slots=True)
+class ImageRow:
+    """One image as the program of a camera's mote got it (where `record.images` asks for it)."""
+
+    table: ClassVar[str] = "images"
+    time_s: float
+    """When it was taken; the program has it when it is read out."""
+    step: int
+    camera: str
+    png: bytes
+
+
 Row: TypeAlias = (
-    TruthRow | ViewRow | EstimateRow | NodeRow | EnergyRow | MessageRow | LoadRow | EventRow | FrameRow
+    TruthRow
+    | ViewRow
+    | EstimateRow
+    | NodeRow
+    | EnergyRow
+    | MessageRow
+    | LoadRow
+    | EventRow
+    | FrameRow
+    | ImageRow
 )
 
 ROW_TYPES: tuple[type[Row], ...] = (
@@ -193,6 +220,7 @@ ROW_TYPES: tuple[type[Row], ...] = (
     LoadRow,
     EventRow,
     FrameRow,
+    ImageRow,
 )
 
 

@@ -4,10 +4,13 @@ import re
 import shutil
 import subprocess
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from wsnsim.report.context import ReportContext
 from wsnsim.report.page import write_report
+from wsnsim.sim.recording import png_bytes
 
 BROWSER = next(
     (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
@@ -34,13 +37,16 @@ def load(page, folder, *more):
 @pytest.fixture(scope="module")
 def report(synthetic_run, tmp_path_factory):
     run = synthetic_run("overloaded", targets=("box", "<b>cart</b> & co"))
+    picture = png_bytes(np.full((240, 320, 3), 90, dtype=np.uint8))
+    images = pd.DataFrame([{"time_s": 1.0, "step": 4, "camera": c, "png": picture} for c in ("c1", "c2")])
     path = tmp_path_factory.mktemp("browser") / "report.html"
     write_report(
         path,
         ReportContext(
             name="</script><script>alert(1)</script>", seed=0, system="multi-view histograms, tracker T0",
             citation="Kushwaha & Koutsoukos (2013)", standard="IEEE 802.15.4", size_m=run.size_m,
-            cameras=run.cameras, tables=run.tables, summary=run.summary, lost_above_m=1.6,
+            cameras=run.cameras, tables={**run.tables, "images": images}, summary=run.summary,
+            lost_above_m=1.6, semi_axes_m=dict.fromkeys(run.tables["steps"]["target"], np.full(3, 0.4)),
         ),
     )  # fmt: skip
     return path
@@ -50,7 +56,9 @@ def test_the_figures_are_drawn_without_an_error_and_without_a_request(report, tm
     # Every host resolves to nothing, so that a request would fail and be logged.
     document, console = load(report, tmp_path, "--host-resolver-rules=MAP * ~NOTFOUND")
     assert console == []
-    for chart in ("paths", "timeline", "bandwidth", "energy"):
+    assert document.count("<image ") == 2
+    assert document.count('class="believed"') == 4
+    for chart in ("paths", "timeline", "latency", "bandwidth", "energy"):
         drawn = document.split(f'id="{chart}"', 1)[1].split(f'id="{chart}-data"', 1)[0]
         assert drawn.count('class="main-svg"') >= 2, f"{chart} is not drawn"
         assert re.search(r'class="(trace scatter|trace bars|scatterlayer|barlayer)', drawn)

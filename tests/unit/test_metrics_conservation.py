@@ -39,6 +39,10 @@ def changed(tables, table, row, **values):
         ("load", 5, {"mac_tx_bytes": 0}, "load: mac_tx_bytes decreases"),
         ("load", 37, {"mac_tx_bytes": 10**7}, "load: mac_tx_bytes ends at 10000000, the nodes sent"),
         ("nodes", 0, {"mac_tx_bytes": 0}, "load: mac_tx_bytes ends at"),
+        ("estimates", 3, {"kind": "guessed"}, "estimate of box for 1.0 s: unknown kind 'guessed'"),
+        ("estimates", 3, {"made_at_s": 0.9}, "estimate of box for 1.0 s: made before that time"),
+        ("estimates", 3, {"kind": "lost"}, "estimate of box for 1.0 s: of kind 'lost', with"),
+        ("estimates", 3, {"heard": 0}, "of kind 'update', with 0 cameras heard"),
         ("energy", 0, {"cause": "unheard of", "component": "radio"}, "its causes add up to"),
     ],
 )
@@ -59,6 +63,13 @@ def test_a_hundred_millionth_is_noticed_and_rounding_is_not(synthetic_run, table
 def test_a_run_without_load_is_no_run(synthetic_run):
     tables = synthetic_run().tables
     assert violations({**tables, "load": tables["load"].head(0)}, SIMULATED_S) == ["load: no row was written"]
+
+
+def test_a_second_look_may_hear_nobody_and_a_lost_track_hears_nobody(synthetic_run):
+    tables = synthetic_run().tables
+    for kind in ("smoothed", "lost"):
+        looked_again = changed(tables, "estimates", 3, kind=kind, heard=0)
+        assert violations(looked_again, SIMULATED_S) == []
 
 
 def test_a_component_that_left_no_trace_is_missed(synthetic_run):

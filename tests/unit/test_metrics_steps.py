@@ -7,20 +7,31 @@ import pandas as pd
 import pytest
 
 from wsnsim.geometry.camera import PinholeCamera
-from wsnsim.metrics.steps import steps_table
+from wsnsim.geometry.rotations import quaternion_to_matrix
+from wsnsim.metrics.steps import steps_table, turn_between
 
 # f = 100 px, looking along +x from the origin: y metres to the left at depth x is 100 y / x pixels.
 CAMERA = PinholeCamera.look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 100.0, (200, 200))
 BEHIND = PinholeCamera.look_at((20.0, 0.0, 0.0), (10.0, 0.0, 0.0), 100.0, (200, 200))
 
 
-def truth(rows):
-    return pd.DataFrame(rows, columns=["time_s", "target", "x_m", "y_m", "z_m"])
+QUATERNION = ["qw", "qx", "qy", "qz"]
 
 
-def estimates(rows):
+def turned(frame, quaternion):
+    """Give all rows one orientation."""
+    return frame.assign(**dict(zip(QUATERNION, quaternion, strict=True))).astype(
+        dict.fromkeys(QUATERNION, "float64")
+    )
+
+
+def truth(rows, quaternion=(1, 0, 0, 0)):
+    return turned(pd.DataFrame(rows, columns=["time_s", "target", "x_m", "y_m", "z_m"]), quaternion)
+
+
+def estimates(rows, quaternion=(1, 0, 0, 0)):
     columns = ["time_s", "made_at_s", "track", "x_m", "y_m", "z_m", "asked", "heard", "kind"]
-    return pd.DataFrame(rows, columns=columns)
+    return turned(pd.DataFrame(rows, columns=columns), quaternion)
 
 
 def views(rows):
@@ -95,6 +106,49 @@ def test_estimates_of_other_instants_and_other_tracks_are_left_out():
     )
     assert frame["error_m"].isna().all()
     assert len(frame) == 3
+
+
+def quaternion_about_z(angle_rad):
+    return (math.cos(angle_rad / 2), 0.0, 0.0, math.sin(angle_rad / 2))
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("angle_deg", [0.0, 1e-6, 30.0, 179.0, 180.0])
+def test_the_orientation_error_is_the_angle_of_the_turn_between_the_two(angle_deg, sign):
+    believed = estimates(
+        [(1 / 3, 0.4, "box", 10, 0, 0, 1, 1, "update")],
+        np.multiply(sign, quaternion_about_z(math.radians(40.0 + angle_deg))),
+    )
+    true = truth(TRUTH[["time_s", "target", "x_m", "y_m", "z_m"]], quaternion_about_z(math.radians(40.0)))
+    frame = steps_table(true, believed, views([]), {})
+    assert frame["orientation_error_deg"][0] == pytest.approx(angle_deg, rel=1e-9, abs=1e-13)
+    assert frame["orientation_error_deg"].isna().tolist() == [False, True, True]
+
+
+def test_the_turn_between_orientations_is_that_of_the_rotation_matrix(test_seed):
+    """Trace of the relative rotation matrix: 1 + 2 cos θ (Rodrigues)."""
+    generator = np.random.default_rng(test_seed)
+    one, other = generator.standard_normal((2, 200, 4))
+    one /= np.linalg.norm(one, axis=1, keepdims=True)
+    other /= np.linalg.norm(other, axis=1, keepdims=True)
+    for q, p, angle in zip(one, other, turn_between(one, other), strict=True):
+        relative = quaternion_to_matrix(q).T @ quaternion_to_matrix(p)
+        assert math.cos(angle) == pytest.approx((np.trace(relative) - 1) / 2, abs=1e-12)
+
+
+def test_a_smoothers_second_look_has_an_error_of_its_own_and_replaces_nothing():
+    now = (1 / 3, 0.4, "box", 10, 1.0, 0, 2, 2, "update")
+    first = (1 / 3, 0.9, "box", 10, 0.5, 0, 2, 0, "smoothed")
+    last = (1 / 3, 1.2, "box", 10, 0.25, 0, 2, 0, "smoothed")
+    plain = table([now])
+    assert plain["smoothed_error_m"].isna().all()
+    for rows in ([now, first, last], [last, first, now]):
+        frame = table(rows)
+        assert frame["smoothed_error_m"][0] == 0.25
+        assert frame["smoothed_error_m"].isna().tolist() == [False, True, True]
+        pd.testing.assert_frame_equal(
+            frame.drop(columns="smoothed_error_m"), plain.drop(columns="smoothed_error_m")
+        )
 
 
 def test_targets_keep_to_themselves():

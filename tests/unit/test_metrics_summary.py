@@ -18,7 +18,9 @@ Q_SEEN = (0, "q", 9.0, math.nan, 0.2, "update")
 
 def steps(rows):
     columns = ["step", "target", "error_m", "reprojection_px", "latency_s", "kind"]
-    return pd.DataFrame(rows, columns=columns)
+    return pd.DataFrame(rows, columns=columns).assign(
+        orientation_error_deg=math.nan, smoothed_error_m=math.nan
+    )
 
 
 STEPS = steps(
@@ -44,6 +46,26 @@ def test_errors_and_lost_targets():
     assert figures["reprojection_error_mean_px"] == 3.0
     assert figures["lost_fraction"] == 0.5
     assert accuracy(STEPS, {"p": 1.49, "q": 1.5})["lost_fraction"] == 1.0
+
+
+def test_orientation_and_smoothing_are_averaged_where_there_is_any():
+    figures = accuracy(STEPS, LIMITS_M)
+    assert figures["orientation_error_mean_deg"] is None
+    assert figures["smoothed_error_mean_m"] is None
+    told = STEPS.assign(
+        orientation_error_deg=[10.0, 20.0, 60.0, math.nan], smoothed_error_m=[0.5, math.nan, 1.0, math.nan]
+    )
+    figures = accuracy(told, LIMITS_M)
+    assert figures["orientation_error_mean_deg"] == pytest.approx(30.0)
+    assert figures["smoothed_error_mean_m"] == pytest.approx(0.75)
+    assert figures["position_error_mean_m"] == pytest.approx(1.5)
+
+
+def test_a_track_that_was_declared_lost_is_unmeasured_and_no_missed_deadline():
+    figures = latency(STEPS.assign(kind=["update", "lost", "update", "lost"]))
+    assert figures["unmeasured_steps"] == 2
+    assert figures["missed_deadlines"] == 0
+    assert figures["skipped_steps"] == 0
 
 
 @pytest.mark.parametrize(
@@ -127,11 +149,13 @@ def nodes():
     base = {"node": "base", "role": "base", "app_tx_bytes": 10, "mac_tx_bytes": 30, "cpu_cycles": 1e9}
     base |= dict.fromkeys(ENERGY_COLUMNS, 1e6)
     base |= {"images_skipped": 0, "battery_capacity_j": math.nan, "died_at_s": math.nan}
+    base |= {"cpu_busy_s": 1.0, "frame_work_mean_s": math.nan, "work_longest_s": 1.0}
     motes = []
     for i, name in enumerate(("a", "b")):
         mote = {"node": name, "role": "camera", "app_tx_bytes": 95, "mac_tx_bytes": 200, "cpu_cycles": 500.0}
         mote |= dict.fromkeys(ENERGY_COLUMNS, 1.0 + i)
         mote |= {"images_skipped": 3, "battery_capacity_j": 100.0, "died_at_s": math.nan}
+        mote |= {"cpu_busy_s": 0.5, "frame_work_mean_s": 0.25, "work_longest_s": 0.2}
         motes.append(mote)
     return pd.DataFrame([base, *motes])
 

@@ -5,6 +5,7 @@ import json
 import re
 from html.parser import HTMLParser
 
+import pandas as pd
 import pytest
 
 from wsnsim.report import words
@@ -148,6 +149,59 @@ def test_a_run_without_any_measurement_is_told(make_context):
     assert "This is the error of a prediction, not of a measurement." in plain(words.information(blind))
     assert "An estimate from measurements" not in words.service(blind)
     assert "nan" not in plain(words.service(blind)).lower()
+
+
+def test_what_is_said_in_a_search_does_not_make_measuring_look_cheap(make_context):
+    context = make_context(load="overloaded")
+    messages = context.tables["messages"]
+    sighting = messages[messages["kind"] == "weights"].head(400).assign(kind="sighting", bytes=38)
+    more = pd.concat([messages, sighting.assign(message=range(10_000, 10_000 + len(sighting)))])
+    searching = dataclasses.replace(context, tables={**context.tables, "messages": more})
+    wanted = re.compile(r"would take ([\d.]+ \wbit/s)")
+    bare, told = (wanted.search(plain(words.verdicts(c)[0])) for c in (context, searching))
+    assert bare is None or bare[1] == told[1]
+    assert words._wanted_bps(searching) == words._wanted_bps(context)
+
+
+def test_a_track_that_was_given_up_is_told_with_its_end(make_context):
+    context = make_context()
+    assert "gave up" not in words.information(context)
+
+    def with_lost(steps_lost):
+        steps = context.tables["steps"].copy()
+        steps.loc[steps["step"].isin(steps_lost), "kind"] = "lost"
+        events = pd.DataFrame(
+            [(2.5, "base", "track_lost", "box: no fit")], columns=["time_s", "node", "kind", "detail"]
+        )
+        return dataclasses.replace(
+            changed(context, unmeasured_steps=len(steps_lost)),
+            tables={**context.tables, "steps": steps, "events": events},
+        )
+
+    text = plain(words.information(with_lost(range(10, 15))))
+    assert "The tracker gave up once and was without a track for 5 of 36 steps; it had a track again" in text
+    assert "tracked to the end" in text
+    text = plain(words.information(with_lost(range(30, 37))))
+    assert "without a track for 7 of 36 steps; it had not found it again by the end." in text
+    assert "tracked to the end" not in text
+
+
+def test_orientation_and_smoothing_are_told_where_there_is_any(make_context):
+    context = make_context()
+    for word in ("orientation", "Smoothed"):
+        assert word not in words.information(context)
+    steps = context.tables["steps"].assign(orientation_error_deg=7.5)
+    steps["smoothed_error_m"] = steps["error_m"].where(steps["step"] > 6) / 2
+    told = dataclasses.replace(
+        changed(
+            context, orientation_error_mean_deg=7.5, smoothed_error_mean_m=steps["smoothed_error_m"].mean()
+        ),
+        tables={**context.tables, "steps": steps},
+    )
+    text = plain(words.information(told))
+    assert "Estimated orientations were 7.50 ° off on average." in text
+    numbers = re.search(r"Smoothed afterwards, 30 of them were ([\d.]+) cm off; .* been ([\d.]+) cm", text)
+    assert float(numbers[2]) == pytest.approx(2 * float(numbers[1]), rel=0.01)
 
 
 def changed(context, **figures):

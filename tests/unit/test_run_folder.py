@@ -92,6 +92,45 @@ def test_the_manifest_tells_the_status_first(tmp_path):
     ]
 
 
+def test_where_there_is_no_room_for_a_second_file_the_manifest_is_written_over(tmp_path, monkeypatch):
+    folder = RunFolder(tmp_path)
+    folder.write_manifest(Status.RUNNING, {"seed": 3, "note": "something longer"})
+
+    def fail(_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(folder_module.os, "fsync", fail)
+    folder.write_manifest(Status.FAILED, {"seed": 3})
+    assert json.loads(folder.manifest.read_text("utf-8")) == {"status": "failed", "seed": 3}
+    assert [file.name for file in tmp_path.iterdir()] == ["manifest.json"]
+    folder.manifest.unlink()
+    with pytest.raises(OutputError, match=r"manifest\.json: .*No space left on device"):
+        folder.write_manifest(Status.FAILED, {"seed": 3})
+
+
+def test_a_folder_is_held_by_one_run_at_a_time(tmp_path):
+    folder = RunFolder(tmp_path / "run")
+    with folder.held():
+        with (
+            pytest.raises(OutputError, match="another run is writing into it; wait for its end, or choose"),
+            RunFolder(tmp_path / "run").held(),
+        ):
+            pass
+        with RunFolder(tmp_path / "other").held():
+            pass
+    with RunFolder(tmp_path / "run").held():
+        assert list((tmp_path / "run").iterdir()) == []
+
+
+def test_a_file_system_without_locks_keeps_nobody_out(tmp_path, monkeypatch):
+    def refuse(*_):
+        raise OSError(37, "No locks available")
+
+    monkeypatch.setattr("fcntl.flock", refuse)
+    with RunFolder(tmp_path).held(), RunFolder(tmp_path).held():
+        pass
+
+
 def test_nan_never_reaches_a_json_file(tmp_path):
     with pytest.raises(ValueError, match="JSON"):
         write_json(tmp_path / "s.json", {"x": float("nan")})

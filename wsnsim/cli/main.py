@@ -11,8 +11,12 @@ FINE, FAILED, USAGE, EXPECTATION, INTERRUPTED = 0, 1, 2, 3, 130
 _NOBODY_READS = 141  # 128 + SIGPIPE, what other tools leave with
 
 _COMMANDS = {
+    "init": "Make a folder with a scenario to begin with.",
     "run": "Run a scenario and write its results into a folder.",
     "validate": "Check a scenario without running it.",
+    "schema": "Write the JSON Schema of scenarios, for editors.",
+    "completion": "Print what a shell needs to complete commands.",
+    "bench": "Time the vision kernels beside plain twins and peers.",
 }
 
 

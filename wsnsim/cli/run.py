@@ -6,12 +6,13 @@ from pathlib import Path
 
 import click
 
+from wsnsim.cli.arguments import ScenarioFile
 from wsnsim.cli.main import EXPECTATION
 from wsnsim.runs.result import Run
 
 
 @click.command("run")
-@click.argument("scenario", type=click.Path(path_type=Path))
+@click.argument("scenario", type=ScenarioFile())
 @click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),

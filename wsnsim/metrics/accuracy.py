@@ -9,11 +9,12 @@ from wsnsim.metrics.figures import Figures, mean_or_none
 
 
 def accuracy(steps: pd.DataFrame, lost_above_m: Mapping[str, float]) -> Figures:
-    """Return position and reprojection errors and the share of targets lost.
+    """Return position, orientation and reprojection errors and the share of targets lost.
 
-    Errors are taken over all steps with an estimate, mere predictions included.
-    A target is lost if the error of its last estimate is above its limit, or if
-    no estimate of it ever rested on a measurement.
+    Errors are taken over all steps with an estimate, mere predictions included;
+    `smoothed_error_mean_m` over those that a smoother looked at again. A target
+    is lost if the error of its last estimate is above its limit, or if no
+    estimate of it ever rested on a measurement.
 
     Parameters
     ----------
@@ -30,6 +31,8 @@ def accuracy(steps: pd.DataFrame, lost_above_m: Mapping[str, float]) -> Figures:
         "position_error_median_m": float(np.median(errors)) if errors.size else None,
         "position_rmse_m": float(np.sqrt(np.mean(errors**2))) if errors.size else None,
         "reprojection_error_mean_px": mean_or_none(steps["reprojection_px"]),
+        "orientation_error_mean_deg": mean_or_none(steps["orientation_error_deg"]),
+        "smoothed_error_mean_m": mean_or_none(steps["smoothed_error_m"]),
         "lost_fraction": _lost_fraction(steps, lost_above_m),
     }
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from wsnsim.metrics.energy import ENERGY_COLUMNS, drawn_by_node_j
-from wsnsim.metrics.figures import ARRIVED
+from wsnsim.metrics.figures import ARRIVED, ESTIMATE_KINDS, SMOOTHED
 
 _RELATIVE = 1e-9
 _SAME_INSTANT_S = 1e-9
@@ -20,6 +20,8 @@ _OUTCOME = "|".join((*ARRIVED, "in_flight", r"dropped_\w+"))
 
 _ALWAYS_ON = ("cpu", "board")
 """Components that are in one state or another from the beginning to the end of their node's life."""
+
+_SAID = ("track", "time_s", "kind")
 
 _RADIO_COLUMN = {
     "transmit": "energy_radio_tx_j",
@@ -43,6 +45,7 @@ def violations(tables: Mapping[str, pd.DataFrame], simulated_s: float) -> list[s
         *_load(tables["load"], tables["nodes"]),
         *_energy(tables["energy"], tables["nodes"], simulated_s),
         *_deaths(tables),
+        *_estimates(tables["estimates"]),
     ]
 
 
@@ -146,6 +149,22 @@ def _deaths(tables: Mapping[str, pd.DataFrame]) -> list[str]:
             found += [
                 f"node {node}: {what} at {time} s, after its death at {died_at_s} s" for time in late[when]
             ]
+    return found
+
+
+def _estimates(estimates: pd.DataFrame) -> list[str]:
+    """Hold what estimates say of themselves against when they were made and what they heard."""
+    found = []
+    unclear = estimates[~estimates["kind"].isin(ESTIMATE_KINDS)]
+    found += [f"estimate of {t} for {s} s: unknown kind {k!r}" for t, s, k in _values(unclear, *_SAID)]
+    early = estimates[estimates["made_at_s"] < estimates["time_s"] - _SAME_INSTANT_S]
+    found += [f"estimate of {t} for {s} s: made before that time" for t, s, _ in _values(early, *_SAID)]
+    own = estimates[estimates["kind"] != SMOOTHED]
+    wrong = own[(own["kind"] == "update") != (own["heard"] > 0)]
+    found += [
+        f"estimate of {t} for {s} s: of kind {k!r}, with {heard} cameras heard"
+        for t, s, k, heard in _values(wrong, *_SAID, "heard")
+    ]
     return found
 
 

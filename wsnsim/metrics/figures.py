@@ -15,6 +15,8 @@ SUMMARY_KEYS = frozenset(
         "position_rmse_m",
         "reprojection_error_mean_px",
         "lost_fraction",
+        "orientation_error_mean_deg",
+        "smoothed_error_mean_m",
         "latency_p50_s",
         "latency_p95_s",
         "missed_deadlines",
@@ -33,6 +35,9 @@ SUMMARY_KEYS = frozenset(
         "energy_per_step_j",
         "energy_max_node_j",
         "cpu_cycles_per_step",
+        "frame_work_max_s",
+        "work_longest_s",
+        "busy_share_max",
         "images_skipped",
         "lifetime_first_death_s",
         "lifetime_first_death_extrapolated_s",
@@ -42,6 +47,12 @@ SUMMARY_KEYS = frozenset(
     }
 )
 """Every key of summary.json."""
+
+ESTIMATE_KINDS = ("update", "timed_out", "unasked", "skipped", "lost", "smoothed")
+"""What an estimate can rest on, as it stands in the records; only an `update` holds new measurements."""
+
+SMOOTHED = "smoothed"
+"""The kind of a second look at an older instant, which is no estimate of its own."""
 
 ARRIVED = ("delivered", "fused")
 """Outcomes of a message that was of use to its receiver, by itself or merged into another."""

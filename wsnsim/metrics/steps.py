@@ -4,16 +4,21 @@ One row for each target and tracking step. Everything that tells how good a
 tracker was is computed from this table.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
 
 from wsnsim.geometry.camera import PinholeCamera
+from wsnsim.metrics.figures import SMOOTHED
 from wsnsim.types import BoolArray, FloatArray, IntArray, NodeId
 
 _SAME_INSTANT_S = 1e-6
 """Two times closer than this are the same sampling instant."""
+
+_POSITION = ("x_m", "y_m", "z_m")
+_ORIENTATION = ("qw", "qx", "qy", "qz")
+_STATE = (*_POSITION, *_ORIENTATION)
 
 
 def steps_table(
@@ -25,8 +30,9 @@ def steps_table(
     """Join truth, estimates and views at the sampling instants.
 
     A target's estimate is the last one made for that instant under a track of
-    the target's name; estimates for other instants are left out. The instant
-    of the manual initialisation, the first, is no step.
+    the target's name; estimates for other instants are left out. A smoother's
+    second look at an instant is no such estimate and has an error of its own.
+    The instant of the manual initialisation, the first, is no step.
 
     Parameters
     ----------
@@ -40,24 +46,31 @@ def steps_table(
     the target, `pixel_share` the mean of its share of their images, and
     `reprojection_px` the mean over them of the distance in the image between
     the true and the estimated position (a camera that has the estimate behind
-    it is left out)
+    it is left out), `orientation_error_deg` the angle of the turn between true
+    and estimated orientation, `smoothed_error_m` the distance of a smoother's
+    last revision
     """
     instants = np.unique(truth["time_s"].to_numpy(np.float64))
-    frame = truth[["time_s", "target", "x_m", "y_m", "z_m"]].rename(columns=_prefixed("truth"))
+    frame = truth[["time_s", "target", *_STATE]].rename(columns=_prefixed("truth"))
     frame.insert(1, "step", _instant_index(instants, frame["time_s"]))
     frame = frame[frame["step"] > 0]
-    frame = frame.merge(_last_estimates(estimates, instants), how="left", on=["step", "target"])
+    smoothed = estimates["kind"] == SMOOTHED
+    frame = frame.merge(_last_estimates(estimates[~smoothed], instants), how="left", on=["step", "target"])
+    revised = _last_estimates(estimates[smoothed], instants, "smoothed")
+    revised = revised[["step", "target", *_named("smoothed", _POSITION)]]
+    frame = frame.merge(revised, how="left", on=["step", "target"])
     seen = _view_figures(views, instants, frame, cameras)
     frame = frame.merge(seen, how="left", on=["step", "target"])
     true_m, believed_m = _positions(frame, "truth"), _positions(frame, "estimate")
+    revised_m = _positions(frame, "smoothed")
     return pd.DataFrame(
         {
             "time_s": frame["time_s"],
             "step": frame["step"].astype("int64"),
             "target": frame["target"],
             "track": frame["track"],
-            **{f"truth_{axis}_m": frame[f"truth_{axis}_m"] for axis in "xyz"},
-            **{f"estimate_{axis}_m": frame[f"estimate_{axis}_m"] for axis in "xyz"},
+            **{column: frame[column] for column in _named("truth", _POSITION)},
+            **{column: frame[column] for column in _named("estimate", _POSITION)},
             "error_m": np.linalg.norm(believed_m - true_m, axis=1),
             "reprojection_px": frame["reprojection_px"],
             "participating": frame["participating"].fillna(0).astype("int64"),
@@ -66,16 +79,52 @@ def steps_table(
             "pixel_share": frame["pixel_share"],
             "latency_s": frame["made_at_s"] - frame["time_s"],
             "kind": frame["kind"],
+            "orientation_error_deg": np.degrees(
+                turn_between(_orientations(frame, "truth"), _orientations(frame, "estimate"))
+            ),
+            "smoothed_error_m": np.linalg.norm(revised_m - true_m, axis=1),
+            **{column: frame[column] for column in _named("truth", _ORIENTATION)},
+            **{column: frame[column] for column in _named("estimate", _ORIENTATION)},
         }
     )
 
 
+def turn_between(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the angle of the turn that takes one orientation to the other.
+
+    Parameters
+    ----------
+    one, other : (n, 4) - unit quaternions; q and -q are the same orientation
+
+    Returns
+    -------
+    (n,) - 0 to π, NaN where a quaternion is missing [rad]
+
+    References
+    ----------
+    Huynh (2009), Metrics for 3D rotations, eq. 4: 2 acos|q₁ · q₂|; taken from
+    sine and cosine, since the arc cosine keeps half of the digits near 1.
+    """
+    nearer = np.where((one * other).sum(axis=1, keepdims=True) < 0, -other, other)
+    # the chord and its complement on the unit sphere: |q₁ - q₂| = 2 sin(θ/4), |q₁ + q₂| = 2 cos(θ/4)
+    sine, cosine = np.linalg.norm(one - nearer, axis=1), np.linalg.norm(one + nearer, axis=1)
+    return np.asarray(4.0 * np.arctan2(sine, cosine), dtype=np.float64)
+
+
+def _named(prefix: str, columns: Sequence[str]) -> list[str]:
+    return [f"{prefix}_{column}" for column in columns]
+
+
 def _prefixed(prefix: str) -> dict[str, str]:
-    return {f"{axis}_m": f"{prefix}_{axis}_m" for axis in "xyz"}
+    return dict(zip(_STATE, _named(prefix, _STATE), strict=True))
 
 
 def _positions(frame: pd.DataFrame, prefix: str) -> FloatArray:
-    return frame[[f"{prefix}_{axis}_m" for axis in "xyz"]].to_numpy(np.float64)
+    return frame[_named(prefix, _POSITION)].to_numpy(np.float64)
+
+
+def _orientations(frame: pd.DataFrame, prefix: str) -> FloatArray:
+    return frame[_named(prefix, _ORIENTATION)].to_numpy(np.float64)
 
 
 def _instant_index(instants: FloatArray, times: "pd.Series[float]") -> IntArray:
@@ -89,10 +138,10 @@ def _instant_index(instants: FloatArray, times: "pd.Series[float]") -> IntArray:
     return np.where(np.abs(instants[nearest] - values) <= _SAME_INSTANT_S, nearest, -1).astype(np.int64)
 
 
-def _last_estimates(estimates: pd.DataFrame, instants: FloatArray) -> pd.DataFrame:
+def _last_estimates(estimates: pd.DataFrame, instants: FloatArray, prefix: str = "estimate") -> pd.DataFrame:
     """Return the last estimate for each (step, target), its counts as whole numbers with gaps."""
-    columns = ["made_at_s", "track", "x_m", "y_m", "z_m", "asked", "heard", "kind"]
-    frame = estimates[columns].rename(columns=_prefixed("estimate"))
+    columns = ["made_at_s", "track", *_STATE, "asked", "heard", "kind"]
+    frame = estimates[columns].rename(columns=_prefixed(prefix))
     frame = frame.assign(step=_instant_index(instants, estimates["time_s"]), target=estimates["track"])
     frame = frame.sort_values("made_at_s", kind="stable").drop_duplicates(["step", "target"], keep="last")
     return frame.astype({"asked": "Int64", "heard": "Int64"})

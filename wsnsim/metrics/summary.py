@@ -10,6 +10,7 @@ from wsnsim.metrics.energy import energy
 from wsnsim.metrics.figures import Figures
 from wsnsim.metrics.latency import latency
 from wsnsim.metrics.traffic import traffic
+from wsnsim.metrics.work import work
 from wsnsim.types import NodeId, Seconds
 
 
@@ -50,6 +51,7 @@ def summary(
         **traffic(messages, nodes, load, base, count, step_s, simulated_s),
         "channel_bps": channel_bps,
         **energy(nodes, count, simulated_s),
+        **work(nodes, simulated_s),
         "steps": count,
         "simulated_s": simulated_s,
         "wall_s": wall_s,

@@ -1,7 +1,7 @@
 """The captions of the figures whose look depends on the run."""
 
 from wsnsim.report.context import ReportContext
-from wsnsim.report.timeline import MOST_ROWS
+from wsnsim.report.timeline import MOST_ROWS, turns
 from wsnsim.report.view import outside
 from wsnsim.report.wording import count, listed, plural
 
@@ -37,8 +37,8 @@ def timeline_caption(context: ReportContext) -> str:
     """Return how to read error and counts over time, and whether the counts are sums."""
     targets = _targets(context)
     if targets == 1:
-        seen = "how many cameras really see the target, and how many of them were heard in time (below)"
-        gap = "the two lines below"
+        seen = "how many cameras really see the target, and how many of them were heard in time (at the foot)"
+        gap = "the two lines at the foot"
     elif targets <= MOST_ROWS:
         seen = (
             "how many cameras really see a target, and how many of them were heard in time (below, a row for "
@@ -51,10 +51,22 @@ def timeline_caption(context: ReportContext) -> str:
             f"over the {count(targets)} targets: a camera that sees two counts twice)"
         )
         gap = "area and line below"
-    return (
-        f"Distance between estimate and truth (above); {seen}. A gap between {gap} is what the network or a "
-        "processor lost, a camera that was not asked, or a step that was passed over."
-    )
+    steps, events = context.tables["steps"], context.tables["events"]
+    between = "the share of the image that shows it, as a mean of the cameras that see it"
+    if turns(steps):
+        between = f"the angle between true and estimated orientation; {between}"
+    sentences = [
+        f"Distance between estimate and truth (above); {between}; {seen}.",
+        f"A gap between {gap} is what the network or a processor lost, a camera that was not asked, or a "
+        "step that was passed over.",
+    ]
+    if steps["smoothed_error_m"].notna().any():
+        sentences.append(
+            "Dotted: the error of what a smoother made of the same instants afterwards, too late to steer by."
+        )
+    if events["kind"].isin(["track_lost", "track_started"]).any():
+        sentences.append("Marks on the ground line tell where the tracker gave a track up, or began one.")
+    return " ".join(sentences)
 
 
 def _targets(context: ReportContext) -> int:

@@ -1,11 +1,12 @@
 """What a report is made from."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from wsnsim.geometry.camera import PinholeCamera
-from wsnsim.types import NodeId
+from wsnsim.types import FloatArray, NodeId
+from wsnsim.world.world import Placed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,6 +28,9 @@ class ReportContext:
     tables : `steps` and the record tables by name
     summary : the figures of summary.json
     lost_above_m : largest of the errors above which a target counts as lost [m]
+    semi_axes_m : of each target (3,), by its name [m]
+    scenery : what stands about in the world
+    walks : (n, 2) way from above of everybody who moves and is not tracked, by name [m]
     """
 
     name: str
@@ -39,3 +43,6 @@ class ReportContext:
     tables: "Mapping[str, pd.DataFrame]"
     summary: Mapping[str, float | int | None]
     lost_above_m: float
+    semi_axes_m: Mapping[str, FloatArray] = field(default_factory=dict)
+    scenery: tuple[Placed, ...] = ()
+    walks: Mapping[str, FloatArray] = field(default_factory=dict)

@@ -20,8 +20,21 @@ EVENTS: Mapping[str, str] = {
     "death": "nodes that stopped for good because their battery was empty",
     "frame_skipped": "images that were not taken because the processor or the imager was still busy",
     "frame_unused": "images that no state arrived for, or that the base station passed over",
+    "track_lost": "tracks that the tracker gave up",
+    "track_started": "tracks that the tracker began, or found again",
+    "sighting_late": "sightings of a lost target that arrived after the search for it was over",
+    "sighting_refused": "sightings of no use, set aside",
     "weights_late": "weights that arrived after their step was closed",
     "weights_refused": "weights that nobody had asked for, or too many or too few, and were set aside",
+}
+
+ESTIMATES: Mapping[str, str] = {
+    "update": "from measurements",
+    "timed_out": "cameras were asked, none was heard in time",
+    "unasked": "no camera has the target in view",
+    "skipped": "the tracker was still busy with an earlier step",
+    "lost": "the track was given up, its last place is held",
+    "smoothed": "revised afterwards",
 }
 
 ENERGY_CAUSES: Mapping[str, str] = {

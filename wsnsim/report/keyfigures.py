@@ -50,6 +50,18 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
         True,
     ),
     KeyFigure(
+        "orientation_error_mean_deg",
+        "Mean orientation error",
+        "angle of the turn between true and estimated orientation, over all steps with an estimate",
+        lambda v: with_unit(v, "°"),
+    ),
+    KeyFigure(
+        "smoothed_error_mean_m",
+        "Mean error, smoothed",
+        "distance from the true position of what a smoother made of older instants",
+        length,
+    ),
+    KeyFigure(
         "lost_fraction",
         "Targets lost",
         "targets whose last estimate is too far off to speak of tracking, or that were never measured",
@@ -150,6 +162,25 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
         "Processor cycles a step",
         "of all motes together",
         lambda v: "–" if v is None else number(v / 1e6) + " million",
+    ),
+    KeyFigure(
+        "frame_work_max_s",
+        "Processor time an image",
+        "on the mote where it is longest; what is longer than a frame period cannot be done for every frame",
+        duration,
+        True,
+    ),
+    KeyFigure(
+        "work_longest_s",
+        "Longest piece of work",
+        "on one image, message or timer, on the mote where it takes longest",
+        duration,
+    ),
+    KeyFigure(
+        "busy_share_max",
+        "Busiest processor",
+        "share of its mote's life in which it worked",
+        percent,
     ),
     KeyFigure(
         "images_skipped",

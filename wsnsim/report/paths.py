@@ -4,6 +4,7 @@ After Fig. 9 of Kushwaha & Koutsoukos (2013): the narrower a patch, the better
 the estimate at that time.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Any
@@ -26,7 +27,9 @@ from wsnsim.report.charts import (
     translucent,
 )
 from wsnsim.report.context import ReportContext
+from wsnsim.report.floorplan import footprint
 from wsnsim.report.view import View, outside, whole_view, world_view
+from wsnsim.types import FloatArray
 
 _SIGHT_OF_VIEW = 0.07
 """Length of a drawn viewing direction, in parts of the first view's longer side."""
@@ -49,6 +52,7 @@ def paths_figure(context: ReportContext) -> go.Figure:
             updatemenus=[_buttons(view, whole_view(context))], xaxis_title_standoff=_ABOVE_TITLE_PX
         )
     _add_world(chart, context)
+    _add_scenery(chart, context)
     _add_tree(chart, context.tables["nodes"])
     _add_cameras(chart, context, _SIGHT_OF_VIEW * view.longer_m)
     steps, truth = context.tables["steps"], context.tables["truth"]
@@ -115,6 +119,37 @@ def _add_world(chart: go.Figure, context: ReportContext) -> None:
         legendrank=7,
         hoverinfo="skip",
     )
+
+
+def _add_scenery(chart: go.Figure, context: ReportContext) -> None:
+    """Add what may hide a target: things by their footprints, people by their ways."""
+    outlines = [footprint(placed.body, placed.pose) for placed in context.scenery]
+    for ways, name, look in (
+        (outlines, "walls and things", {"fill": "toself", "fillcolor": translucent(GREY, 0.45)}),
+        (list(context.walks.values()), "people in the way", {"opacity": 0.8}),
+    ):
+        if ways:
+            xs, ys = _strung(ways)
+            chart.add_scatter(
+                x=xs,
+                y=ys,
+                mode="lines",
+                line={"color": GREY, "width": 1},
+                name=name,
+                legendrank=7,
+                hoverinfo="skip",
+                **look,
+            )
+
+
+def _strung(ways: Sequence[FloatArray]) -> tuple[list[float | None], list[float | None]]:
+    """Return lines (n, 2) as one, set apart by None."""
+    xs: list[float | None] = []
+    ys: list[float | None] = []
+    for way in ways:
+        xs += [*short(way[:, 0]), None]
+        ys += [*short(way[:, 1]), None]
+    return xs, ys
 
 
 def _explain_several(chart: go.Figure) -> None:
@@ -206,36 +241,27 @@ def _add_target(
     )
 
 
-def _patches(
-    true: "np.ndarray[tuple[int, int], np.dtype[np.float64]]",
-    believed: "np.ndarray[tuple[int, int], np.dtype[np.float64]]",
-) -> tuple[list[float | None], list[float | None]]:
+def _patches(true: FloatArray, believed: FloatArray) -> tuple[list[float | None], list[float | None]]:
     """Return the corners of one four-sided patch for each pair of steps, set apart by None."""
-    xs: list[float | None] = []
-    ys: list[float | None] = []
-    for k in range(len(true) - 1):
-        corners = np.array([true[k], true[k + 1], believed[k + 1], believed[k], true[k]])
-        if np.isfinite(corners).all():
-            xs += [*short(corners[:, 0]), None]
-            ys += [*short(corners[:, 1]), None]
-    return xs, ys
+    patches = (
+        np.array([true[k], true[k + 1], believed[k + 1], believed[k], true[k]]) for k in range(len(true) - 1)
+    )
+    return _strung([corners for corners in patches if np.isfinite(corners).all()])
 
 
 def _add_tree(chart: go.Figure, nodes: pd.DataFrame) -> None:
     places = {row["node"]: (row["x_m"], row["y_m"]) for row in nodes.to_dict("records")}
-    xs: list[float | None] = []
-    ys: list[float | None] = []
-    for row in nodes.to_dict("records"):
-        if row["parent"] in places:
-            ends = np.array([places[row["node"]], places[row["parent"]]])
-            xs += [*short(ends[:, 0]), None]
-            ys += [*short(ends[:, 1]), None]
+    links = [
+        np.array([places[row["node"]], places[row["parent"]]])
+        for row in nodes.to_dict("records")
+        if row["parent"] in places
+    ]
+    xs, ys = _strung(links)
     chart.add_scatter(
         x=xs,
         y=ys,
         mode="lines",
-        line={"color": GREY, "width": 1, "dash": "dot"},
-        opacity=0.7,
+        line={"color": ORANGE, "width": 1.5, "dash": "dot"},
         name="routing tree",
         legendrank=8,
         hoverinfo="skip",
@@ -243,12 +269,7 @@ def _add_tree(chart: go.Figure, nodes: pd.DataFrame) -> None:
 
 
 def _add_cameras(chart: go.Figure, context: ReportContext, sight_m: float) -> None:
-    xs: list[float | None] = []
-    ys: list[float | None] = []
-    for camera in context.cameras.values():
-        corners = _wedge(camera, sight_m)
-        xs += [*short(corners[:, 0]), None]
-        ys += [*short(corners[:, 1]), None]
+    xs, ys = _strung([_wedge(camera, sight_m) for camera in context.cameras.values()])
     chart.add_scatter(
         x=xs,
         y=ys,
@@ -279,7 +300,7 @@ def _add_cameras(chart: go.Figure, context: ReportContext, sight_m: float) -> No
     )
 
 
-def _wedge(camera: PinholeCamera, sight_m: float) -> "np.ndarray[tuple[int, int], np.dtype[np.float64]]":
+def _wedge(camera: PinholeCamera, sight_m: float) -> FloatArray:
     """Return the corners of a camera's horizontal field of view from above, (4, 2)."""
     half = camera.resolution_px[0] / 2 / camera.focal_px
     right, forward = camera.rotation[0], camera.rotation[2]

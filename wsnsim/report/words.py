@@ -1,9 +1,12 @@
 """The paragraphs at the top of a report: what the run cost and what it was worth, in plain words."""
 
+from typing import TYPE_CHECKING
+
 from wsnsim.metrics.energy import ENERGY_COLUMNS, drawn_by_node_j
-from wsnsim.metrics.figures import ARRIVED
+from wsnsim.metrics.figures import ARRIVED, mean_or_none
 from wsnsim.report.context import ReportContext
 from wsnsim.report.glossary import ENERGY_USES, OUTCOMES, explained
+from wsnsim.report.timeline import turns
 from wsnsim.report.wording import (
     count,
     duration,
@@ -15,6 +18,9 @@ from wsnsim.report.wording import (
     quantity,
     with_unit,
 )
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _LOW_DELIVERY = 0.9
 
@@ -69,7 +75,7 @@ def information(context: ReportContext) -> str:
     if 2 * predicted > made:
         share = "This is" if predicted == made else "For the most part this is"
         sentences.append(f"{share} the error of a prediction, not of a measurement.")
-    return " ".join([*sentences, _lost(context), *_measured(context)])
+    return " ".join([*sentences, _lost(context), *_measured(context), *_given_up(context), *_others(context)])
 
 
 def base_supply(context: ReportContext) -> str:
@@ -109,8 +115,9 @@ def _lost(context: ReportContext) -> str:
     steps = context.tables["steps"]
     targets = int(steps["target"].nunique())
     lost = round((context.summary["lost_fraction"] or 0) * targets)
-    at_end = steps.loc[steps["step"] == steps["step"].max(), "error_m"]
-    kept = "tracked to the end" if at_end.notna().all() else "not lost"
+    at_end = steps[steps["step"] == steps["step"].max()]
+    tracked = at_end["error_m"].notna().all() and not (at_end["kind"] == "lost").any()
+    kept = "tracked to the end" if tracked else "not lost"
     limit = length(context.lost_above_m)
     if targets == 1:
         fate, side = ("lost", "above") if lost else (kept, "below")
@@ -143,6 +150,42 @@ def _measured(context: ReportContext) -> list[str]:
         sentences.append(
             f"{of_them} of them {'was' if skipped == 1 else 'were'} passed over "
             "because an earlier step took too long."
+        )
+    return sentences
+
+
+def _given_up(context: ReportContext) -> list[str]:
+    """Return how often the tracker itself gave a target up, and whether it had one at the end."""
+    steps, events = context.tables["steps"], context.tables["events"]
+    without = int((steps["kind"] == "lost").sum())
+    if not without:
+        return []
+    times = int((events["kind"] == "track_lost").sum())
+    often = {0: "", 1: " once"}.get(times, f" {count(times)} times")
+    last = steps[steps["step"] == steps["step"].max()]
+    still = int((last["kind"] == "lost").sum())
+    ended = "it had a track again at the end" if not still else "it had not found it again by the end"
+    if steps["target"].nunique() > 1 and still:
+        ended = f"{plural(still, 'target')} it had not found again by the end"
+    return [
+        f"The tracker gave up{often} and was without a track for {count(without)} of {_due(context)}; "
+        f"{ended}."
+    ]
+
+
+def _others(context: ReportContext) -> list[str]:
+    """Return what was estimated besides the present position: orientation, and older positions anew."""
+    figures, steps = context.summary, context.tables["steps"]
+    sentences = []
+    if turns(steps):
+        turned = with_unit(figures["orientation_error_mean_deg"], "°")
+        sentences.append(f"Estimated orientations were {turned} off on average.")
+    if figures["smoothed_error_mean_m"] is not None:
+        again = steps["smoothed_error_m"].notna()
+        sentences.append(
+            f"Smoothed afterwards, {count(int(again.sum()))} of them were "
+            f"{length(figures['smoothed_error_mean_m'])} off; the same had been "
+            f"{length(mean_or_none(steps.loc[again, 'error_m']))} off at first."
         )
     return sentences
 
@@ -194,9 +237,20 @@ def _wanted_bps(context: ReportContext) -> float:
     answers = once["destination"].isin(nodes.loc[nodes["role"] == "base", "node"])
     if not answers.any() or not seconds > 0:
         return 0.0
-    up = int(steps["participating"].sum()) * float(once.loc[answers, "bytes"].mean())
-    down = 0.0 if answers.all() else len(steps) * float(once.loc[~answers, "bytes"].mean())
+    up = int(steps["participating"].sum()) * _usual_bytes(once[answers])
+    down = len(steps) * _usual_bytes(once[~answers])
     return 8 * (up + down) / seconds
+
+
+def _usual_bytes(messages: "pd.DataFrame") -> float:
+    """Return the mean size of the kind that makes up most of the bytes: what measuring takes, 0 for none.
+
+    What a base station says while it looks for a lost target is smaller, and stops when it is found.
+    """
+    if messages.empty:
+        return 0.0
+    bytes_of = messages.groupby("kind")["bytes"].sum()
+    return float(messages.loc[messages["kind"] == bytes_of.idxmax(), "bytes"].mean())
 
 
 def _delivery_by_kind(context: ReportContext) -> dict[str, float]:

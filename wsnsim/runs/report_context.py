@@ -3,9 +3,12 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from wsnsim.report.context import ReportContext
 from wsnsim.scenario.load import LoadedScenario
 from wsnsim.sim.engine import Simulation
+from wsnsim.types import FloatArray
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,4 +37,17 @@ def report_context(
         tables=tables,
         summary=figures,
         lost_above_m=lost_above_m,
+        semi_axes_m={target.id: target.body.semi_axes_m for target in simulation.world.targets},
+        scenery=simulation.world.scenery,
+        walks=_walks(simulation),
     )
+
+
+def _walks(simulation: Simulation) -> dict[str, FloatArray]:
+    """Return where people are at the sampling instants, from above (n, 2) [m]."""
+    schedule = simulation.schedule
+    times = [step / schedule.rate_hz for step in range(schedule.steps + 1)]
+    return {
+        person.id: np.array([person.motion.at(time).position[:2] for time in times])
+        for person in simulation.world.people
+    }

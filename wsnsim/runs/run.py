@@ -1,14 +1,14 @@
 """Runs a scenario and leaves the results in a folder, whole or marked as what they are."""
 
 import time
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from wsnsim.errors import WsnsimError
+from wsnsim.errors import OutputError, WsnsimError
 from wsnsim.metrics.steps import steps_table
 from wsnsim.metrics.summary import summary
 from wsnsim.records import ROW_TYPES
@@ -26,7 +26,7 @@ from wsnsim.sim.networks import channel_bps
 from wsnsim.store.derived import write_table
 from wsnsim.store.folder import RunFolder, Status, write_text
 from wsnsim.store.reader import RunStore
-from wsnsim.store.writer import SqliteSink
+from wsnsim.store.writer import FULL, SqliteSink
 from wsnsim.units import to_s
 
 _LOST_LENGTHS = 2.0
@@ -108,15 +108,27 @@ def _run_into(loaded: LoadedScenario, folder: RunFolder, force: bool, progress: 
     began = time.monotonic()
     folder.check(force)
     check_keys(loaded)
-    simulation = build(loaded)
-    folder.create(force)
+    with _room_needed(folder):
+        simulation = build(loaded)
     facts = {
         "scenario": loaded.scenario.name,
         "scenario_sha256": scenario_hash(loaded),
         "seed": loaded.scenario.seed,
         **provenance(),
     }
-    state = _Manifest(folder, facts, began)
+    with folder.held(), _room_needed(folder):
+        folder.create(force)
+        return _recorded(loaded, simulation, folder, _Manifest(folder, facts, began), progress)
+
+
+def _recorded(
+    loaded: LoadedScenario,
+    simulation: Simulation,
+    folder: RunFolder,
+    state: _Manifest,
+    progress: Progress | None,
+) -> Run:
+    """Run a simulation into an empty folder, whose manifest says how it went."""
     state.mark(Status.RUNNING)
     try:
         write_text(folder.scenario, resolved_yaml(loaded, folder.path))
@@ -124,6 +136,7 @@ def _run_into(loaded: LoadedScenario, folder: RunFolder, force: bool, progress: 
             simulation.run(sink, _attentive(asked, progress))
         result = _finish(loaded, simulation, folder, state)
     except BaseException as error:
+        folder.discard_results()
         status = Status.INTERRUPTED if isinstance(error, KeyboardInterrupt) else Status.FAILED
         # the first error is the one to hear of, even where the disk has no room left to note it
         with suppress(WsnsimError):
@@ -132,6 +145,31 @@ def _run_into(loaded: LoadedScenario, folder: RunFolder, force: bool, progress: 
     state.facts["expectations"] = [str(expectation) for expectation in result.expectations]
     state.mark(Status.COMPLETE)
     return result
+
+
+@contextmanager
+def _room_needed(folder: RunFolder) -> Iterator[None]:
+    """Say where room is missing, whoever needed it: numba keeps compiled kernels, and knows of no folder.
+
+    Raises
+    ------
+    OutputError : the disk is full
+    """
+    try:
+        yield
+    except OutputError:
+        raise
+    except Exception as error:
+        cause: BaseException | None = error
+        while cause is not None:
+            if isinstance(cause, OSError) and cause.errno in FULL:
+                raise OutputError(
+                    f"{folder.path}: there must be room for results and compiled kernels, "
+                    f"got '{cause.strerror}'; free some space, or name folders on another disk "
+                    "with --out and NUMBA_CACHE_DIR"
+                ) from error
+            cause = cause.__cause__ or cause.__context__
+        raise
 
 
 def _attentive(asked: Interrupts, progress: Progress | None) -> Progress:

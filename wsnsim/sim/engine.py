@@ -146,6 +146,8 @@ class Simulation:
                 images_skipped=node.images_skipped,
                 cpu_cycles=busy_s * node.platform.clock_hz,
                 cpu_busy_s=busy_s,
+                frame_work_mean_s=busy_s / node.images_taken if node.images_taken else None,
+                work_longest_s=to_s(node.work_longest_ns),
                 energy_radio_tx_j=drawn.get(("radio", "transmit"), 0.0),
                 energy_radio_rx_j=drawn.get(("radio", "receive"), 0.0),
                 energy_radio_listen_j=drawn.get(("radio", "listen"), 0.0),

@@ -3,13 +3,13 @@
 import json
 import os
 import tempfile
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from wsnsim.errors import OutputFolderError
+from wsnsim.errors import OutputError, OutputFolderError
 from wsnsim.store.writer import cannot_write
 
 
@@ -87,14 +87,64 @@ class RunFolder:
         except OSError as error:
             raise cannot_write(self.path, error) from error
 
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Keep other runs out of the folder, which is made if need be; the system lets go of it with us.
+
+        Where folders cannot be locked (some network file systems), nobody is kept out.
+
+        Raises
+        ------
+        OutputFolderError : another run writes into it
+        OutputError : it cannot be made
+        """
+        import fcntl
+
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            handle = os.open(self.path, os.O_RDONLY)
+        except OSError as error:
+            raise cannot_write(self.path, error) from error
+        try:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise OutputFolderError(
+                    f"{self.path}: output folder must not be in use, another run is writing into it; "
+                    "wait for its end, or choose another --out"
+                ) from None
+            except OSError:
+                pass
+            yield
+        finally:
+            os.close(handle)
+
     def write_manifest(self, status: Status, facts: Mapping[str, Any]) -> None:
         """Write manifest.json: the status first, then `facts`.
+
+        Where there is no room for a second file, the first is written over: a
+        run that failed because the disk is full must not look as if it went on.
 
         Raises
         ------
         OutputError : the file cannot be written
         """
-        write_json(self.manifest, {"status": status.value, **facts})
+        text = _json_text({"status": status.value, **facts})
+        try:
+            write_text(self.manifest, text)
+        except OutputError as error:
+            try:
+                with self.manifest.open("r+b") as file:
+                    file.write(text.encode())
+                    file.truncate()
+            except OSError:
+                raise error from None
+
+    def discard_results(self) -> None:
+        """Remove summary and report of a run that did not come to its end."""
+        for file in (self.summary, self.report):
+            with suppress(OSError):
+                file.unlink(missing_ok=True)
 
     def write_summary(self, figures: Mapping[str, float | int | None]) -> None:
         """Write summary.json.
@@ -121,8 +171,11 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
     ValueError : `content` holds a NaN or an infinity, which JSON has no word for
     OutputError : the file cannot be written
     """
-    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
-    write_text(path, text + "\n")
+    write_text(path, _json_text(content))
+
+
+def _json_text(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def write_text(path: Path, text: str) -> None:

@@ -47,7 +47,8 @@ class RunStore:
         """Return one table, its rows in the order in which they were written.
 
         Whole numbers come back as int64 (Int64 where some are missing),
-        numbers as float64 with NaN for missing ones, text as str with NaN.
+        numbers as float64 with NaN for missing ones, text as str with NaN,
+        pictures as bytes.
 
         Raises
         ------
@@ -91,4 +92,4 @@ def _series(values: tuple[Any, ...], declared: str) -> "pd.Series[Any]":
         return pd.Series(values, dtype="Int64" if None in values else "int64")
     if declared == "BOOLEAN":
         return pd.Series(values, dtype="boolean" if None in values else "bool")
-    return pd.Series(values, dtype="str")
+    return pd.Series(values, dtype="object" if declared == "BLOB" else "str")

@@ -19,7 +19,7 @@ SCHEMA_VERSION = 1
 APPLICATION_ID = 0x77736E73
 """The four letters `wsns` in the SQLite header: tells our files from others."""
 
-_SQL_TYPES = {float: "REAL", int: "INTEGER", str: "TEXT"}
+_SQL_TYPES = {float: "REAL", int: "INTEGER", str: "TEXT", bytes: "BLOB"}
 
 
 def create_statement(row_type: type[Row]) -> str:

@@ -19,6 +19,9 @@ from wsnsim.errors import OutputError
 from wsnsim.records import ROW_TYPES, Row
 from wsnsim.store.schema import create_tables, insert_statement
 
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""What the system says where there is no room left: on the disk, by a quota, by a limit on files."""
+
 _BATCH_ROWS = 5_000
 _BATCH_S = 0.5
 
@@ -127,7 +130,7 @@ class SqliteSink:
 def cannot_write(path: Path, error: sqlite3.Error | OSError) -> OutputError:
     """Return the error to raise for results that did not get to the disk, with what to do."""
     reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
-    full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+    full = isinstance(error, OSError) and error.errno in FULL
     if full or "full" in reason or "disk I/O" in reason:
         advice = "free some space, or choose a folder on another disk with --out"
     else:
