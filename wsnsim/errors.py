@@ -62,3 +62,7 @@ class OutputFolderError(OutputError):
 
 class DecodeError(WsnsimError, ValueError):
     """Bytes that are no message: wrong tag, wrong length, impossible numbers."""
+
+
+class EncodeError(WsnsimError, ValueError):
+    """A payload that its encoding cannot hold."""

@@ -160,18 +160,110 @@ names = st.one_of(
     st.sampled_from(["off", "null", "yes", "e1", "true", "y", "_1e6", "é"]),
     st.from_regex(r"[A-Za-z_äß][A-Za-z0-9_.-]{0,10}", fullmatch=True),
 )
-motions = st.builds(
-    lambda points, q, speed: {"kind": "waypoints", "points_m": points, "orientation": q, "speed_mps": speed},
-    st.lists(positions, min_size=1, max_size=3),
-    st.tuples(coordinates, coordinates, coordinates, coordinates).filter(any),
-    st.floats(1e-9, 1000),
+orientations = st.tuples(coordinates, coordinates, coordinates, coordinates).filter(any)
+speeds = st.floats(1e-9, 1000)
+areas = st.one_of(st.none(), st.tuples(positions, positions))
+motions = st.one_of(
+    st.fixed_dictionaries(
+        {"kind": st.just("waypoints"), "points_m": st.lists(positions, min_size=1, max_size=3)},
+        optional={"orientation": orientations, "speed_mps": speeds},
+    ),
+    st.fixed_dictionaries(
+        {
+            "kind": st.just("constant_velocity"),
+            "start_m": positions,
+            "velocity_mps": st.tuples(*[st.floats(-1000, 1000)] * 3),
+        },
+        optional={"spin": st.fixed_dictionaries({"axis": directions, "rate_radps": st.floats(-1e4, 1e4)})},
+    ),
 )
+drawn_motions = st.one_of(
+    st.fixed_dictionaries(
+        {"kind": st.just("random_waypoint")},
+        optional={
+            "area_m": areas,
+            "start_m": st.one_of(st.none(), positions),
+            "speed_mps": st.tuples(speeds, speeds).map(sorted),
+            "pause_s": st.floats(0, 1e7),
+        },
+    ),
+    st.fixed_dictionaries(
+        {"kind": st.just("gauss_markov")},
+        optional={
+            "area_m": areas,
+            "mean_speed_mps": st.floats(0, 1000),
+            "heading_deg": st.one_of(st.none(), st.floats(-360, 360)),
+            "memory": st.floats(0, 1),
+            "interval_s": st.floats(1e-3, 1e6),
+            "orientation": orientations,
+        },
+    ),
+)
+grey_levels = st.floats(0, 255)
+textures = st.one_of(
+    st.fixed_dictionaries({}, optional={"kind": st.just("plain"), "colour": st.tuples(*[grey_levels] * 3)}),
+    st.fixed_dictionaries({"kind": st.just("patches"), "colours": st.integers(1, 18)}),
+)
+occluders = st.one_of(
+    st.fixed_dictionaries(
+        {
+            "kind": st.just("wall"),
+            "from_m": st.tuples(coordinates, st.floats(-1e6, 0)),
+            "to_m": st.tuples(coordinates, st.floats(1e-3, 1e6)),
+        },
+        optional={"thickness_m": extents, "height_m": extents, "texture": textures},
+    ),
+    st.fixed_dictionaries(
+        {"kind": st.just("box"), "centre_m": positions, "size_m": st.tuples(extents, extents, extents)},
+        optional={"yaw_deg": st.floats(-360, 360), "texture": textures},
+    ),
+    st.fixed_dictionaries(
+        {"kind": st.just("pillar"), "centre_m": st.tuples(coordinates, coordinates), "radius_m": extents},
+        optional={"base_m": coordinates, "texture": textures},
+    ),
+)
+
+drifts = st.one_of(
+    st.none(),
+    st.builds(
+        lambda amplitude, phase: {"kind": "sinusoid", "amplitude": amplitude, "phase_deg": phase},
+        st.floats(0, 1, exclude_max=True),
+        st.one_of(st.none(), st.floats(-360, 360)),
+    ),
+    st.builds(lambda sd: {"kind": "ornstein_uhlenbeck", "sd": sd}, st.floats(0, 2)),
+)
+pictures = st.builds(
+    lambda source, decoys: {"kind": "picture", "source": source, "clutter": decoys},
+    st.sampled_from(["photo/coffee", "photo/brick"]),
+    st.one_of(st.none(), st.builds(lambda count: {"decoys": count}, st.integers(0, 1000))),
+)
+optics = st.fixed_dictionaries(
+    {},
+    optional={
+        "background": st.one_of(st.just("photo/brick"), pictures),
+        "illumination_drift": drifts,
+        "fov_deg": st.floats(0.01, 175),
+        # none of these leaves a corner of the widest image without its ray
+        "distortion": st.tuples(st.floats(0, 100), st.floats(0, 100)),
+    },
+)
+
+
+def directions_of_view(at):
+    """Return a point other than the camera's own, or one or more angles."""
+    angles = {
+        "yaw_deg": st.floats(-360, 360),
+        "pitch_deg": st.floats(-90, 90),
+        "roll_deg": st.floats(-360, 360),
+    }
+    points = st.builds(lambda point: {"look_at_m": point}, positions.filter(lambda p: p != at))
+    return st.one_of(points, st.fixed_dictionaries({}, optional=angles).filter(bool))
 
 
 @st.composite
 def scenarios(draw):
-    ids = draw(st.lists(names, min_size=4, max_size=6, unique=True))
-    target, base, relay, *cameras = ids
+    ids = draw(st.lists(names, min_size=6, max_size=8, unique=True))
+    target, base, relay, person, occluder, *cameras = ids
     camera_positions = [draw(positions) for _ in cameras]
     semi_axes = draw(st.tuples(half_axes, half_axes, half_axes))
     return {
@@ -186,13 +278,25 @@ def scenarios(draw):
             "targets": [
                 {
                     "id": target,
-                    "shape": {"kind": "ellipsoid", "semi_axes_m": semi_axes},
-                    "motion": draw(motions),
+                    "shape": {
+                        "kind": draw(st.sampled_from(["ellipsoid", "box", "cylinder"])),
+                        "semi_axes_m": semi_axes,
+                    },
+                    "motion": draw(st.one_of(motions, drawn_motions)),
+                }
+            ],
+            "occluders": [{"id": occluder, **draw(occluders)}],
+            "people": [
+                {
+                    "id": person,
+                    "count": draw(st.integers(1, 10_000)),
+                    "shape": {"kind": "cylinder", "semi_axes_m": semi_axes},
+                    "motion": draw(drawn_motions),
                 }
             ],
         },
         "cameras": [
-            {"id": name, "position_m": at, "look_at_m": draw(positions.filter(lambda p, at=at: p != at))}
+            {"id": name, "position_m": at, **draw(directions_of_view(at)), **draw(optics)}
             for name, at in zip(cameras, camera_positions, strict=True)
         ],
         "motes": {

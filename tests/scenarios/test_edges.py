@@ -48,6 +48,7 @@ def test_a_deadline_of_one_period_uses_every_second_frame(setup_a: Path, rate_hz
         (
             f"duration_s={24.2 / rate_hz}",
             "system.particles=50",
+            "system.spread={kind: fixed}",
             f"system.deadline_s={1 / rate_hz}",
             "motes.nodes=[{id: c4, battery: {kind: capacity, capacity_j: 1.0e-6}}]",
             *(f"cameras[c{k}].rate_hz={rate_hz}" for k in (1, 2, 3, 4)),

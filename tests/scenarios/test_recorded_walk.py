@@ -27,19 +27,20 @@ def test_the_walk_that_ships_is_tracked(scenarios: Path) -> None:
 
 
 @pytest.mark.parametrize("pedestrian", PEDESTRIANS)
-def test_real_pedestrians_are_tracked(scenarios: Path, shared: Path, tmp_path: Path, pedestrian: int) -> None:
-    rows = np.loadtxt(shared / "data" / "ucy" / "zara01" / "obsmat.txt")
-    rows = rows[rows[:, 1] == pedestrian]
-    seconds = (rows[:, 0] - rows[0, 0]) / FRAMES_A_SECOND
-    csv = tmp_path / "pedestrian.csv"
-    lines = (f"{t:.3f},{x:.4f},{y:.4f}" for t, x, y in zip(seconds, rows[:, 2], rows[:, 4], strict=True))
-    csv.write_text("time_s,x_m,y_m\n" + "\n".join(lines) + "\n")
-    duration = min(14.0, float(seconds[-1]))
+def test_real_pedestrians_are_tracked(scenarios: Path, shared: Path, pedestrian: int) -> None:
+    file = shared / "data" / "ucy" / "zara01" / "obsmat.txt"
+    rows = np.loadtxt(file)
+    frames = rows[rows[:, 1] == pedestrian, 0]
+    duration = min(14.0, float(frames[-1] - frames[0]) / FRAMES_A_SECOND)
+    motion = "world.targets[walker].motion"
     run = wsnsim.run(
         scenarios / "recorded_walk.yaml",
         overrides=(
-            f"world.targets[0].motion.file={csv}",
-            "world.targets[0].motion.offset_m=[8, -3, 0]",
+            f"{motion}.file={file}",
+            f"{motion}.track_id={pedestrian}",
+            f"{motion}.frame_rate_hz={FRAMES_A_SECOND}",
+            f"{motion}.start_s=null",
+            f"{motion}.offset_m=[8, -3, 0]",
             f"duration_s={duration}",
         ),
     )

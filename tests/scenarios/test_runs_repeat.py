@@ -81,6 +81,7 @@ def test_the_python_api_gives_summary_and_tables(first: Path, quickstart: Run) -
         "energy",
         "views",
         "frames",
+        "images",
     } == set(quickstart.tables)
     assert len(quickstart.steps) == 48
     assert list(quickstart.nodes["node"]) == ["c1", "c2", "c3", "c4", "relay", "base"]

@@ -133,7 +133,8 @@ seed: 4
         "s.yaml:6:11: world.size_m: must have exactly 3 items, got 2",
         "s.yaml:7:20: world.light.ambient: must be at most 1, got 1.5",
         "s.yaml:7:36: world.light.direction: must be a direction of length 1e-06 or more, got [0.0, 0.0, 0.0]",
-        's.yaml:10:21: world.targets[0].shape.kind: must be "ellipsoid", got "ellipsoide"; did you mean "ellipsoid"?',
+        's.yaml:10:21: world.targets[0].shape.kind: must be "ellipsoid", "box" or "cylinder", got "ellipsoide"; '
+        'did you mean "ellipsoid"?',
         "s.yaml:11:43: world.targets[0].motion.points_m: must have at least 1 item, got 0",
         's.yaml:11:47: world.targets[0].motion.speed: unknown key; did you mean "speed_mps"?',
         's.yaml:12:11: world.targets[1].id: must be a name of its own, got "box", which world.targets[0].id has too',
@@ -141,9 +142,10 @@ seed: 4
         "s.yaml:13:71: world.targets[1].shape.texture: colours must be at most patches, got 19 and 18",
         's.yaml:14:38: world.targets[1].motion.file: must be a file that exists, got "HERE/trak.csv"; '
         'did you mean "track.csv"?',
-        "s.yaml:15:7: world.targets[2].id: must be given (name, unique among the targets)",
+        "s.yaml:15:7: world.targets[2].id: must be given (name, unique in the world)",
         "s.yaml:15:45: world.targets[2].shape.semi_axes_m: must be a list, got 3",
-        's.yaml:16:7: world.targets[2].motion.kind: must be given: "waypoints" or "recorded"',
+        's.yaml:16:7: world.targets[2].motion.kind: must be given: "waypoints", "constant_velocity", '
+        '"random_waypoint", "gauss_markov" or "recorded"',
         "s.yaml:18:75: cameras[0].resolution_px[0]: must be a whole number, got 320.5",
         's.yaml:18:98: cameras[0].focal_px: must be a number, got "300"',
         "s.yaml:19:5: cameras[1]: must look at a point other than its own position",

@@ -6,7 +6,7 @@ import numpy as np
 
 from wsnsim.types import FloatArray
 
-_UNINFORMED = 0.95
+_UNINFORMED = 0.5
 """Share of the prior's variance above which a direction counts as unmeasured."""
 
 

@@ -1,7 +1,7 @@
 """What every payload can do: become bytes, and come back from them.
 
-The first byte of an encoded payload is its tag; a system names its payload
-types, and `decode_any` finds the type by the tag. Decoding gives codes only:
+The first byte of an encoded payload holds its tag in the lower six bits; a system
+names its payload types, and `decode_any` finds the type by the tag. Decoding gives codes only:
 what is relative to a prediction is resolved by the program that has it.
 """
 
@@ -9,13 +9,14 @@ from collections.abc import Iterable
 from typing import ClassVar, Protocol, Self
 
 from wsnsim.errors import DecodeError
+from wsnsim.messages.header import TAG_MASK
 
 
 class Payload(Protocol):
     """An application message."""
 
     tag: ClassVar[int]
-    """First byte on the air, unique within a system."""
+    """Lower six bits of the first byte on the air, unique within a system."""
     kind: ClassVar[str]
     """Name of the message in records and reports."""
 
@@ -42,6 +43,6 @@ def decode_any(data: bytes, payload_types: Iterable[type[Payload]]) -> Payload:
     if not data:
         raise DecodeError("a message must hold at least its tag, got 0 bytes")
     for payload_type in payload_types:
-        if payload_type.tag == data[0]:
+        if payload_type.tag == data[0] & TAG_MASK:
             return payload_type.decode(data)
-    raise DecodeError(f"message tag must be one of this system's, got 0x{data[0]:02x}")
+    raise DecodeError(f"message tag must be one of this system's, got 0x{data[0] & TAG_MASK:02x}")

@@ -1,19 +1,30 @@
 """The target state that a base station sends to its cameras.
 
-Position, velocity and orientation as ten float64: the 24 + 24 + 32 = 80 bytes
-of Kushwaha & Koutsoukos 2013, Sec. 4.2.1, behind the six-byte header.
+Position, velocity and orientation: ten numbers, in float64 the 24 + 24 + 32 = 80
+bytes of Kushwaha & Koutsoukos 2013, Sec. 4.2.1, behind the six-byte header. Where the
+base station lets the particles spread as its filter is uncertain, six numbers more
+tell how.
+
+The 8-bit form has the position as whole metres (two bytes an axis) and the rest of a
+metre in 8 bits, so that it needs no earlier message to be read.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, Self
 
 import numpy as np
 
-from wsnsim.errors import DecodeError
+from wsnsim.errors import DecodeError, EncodeError
 from wsnsim.messages.header import pack_header, unpack_header
+from wsnsim.messages.numbers import Encoding, block_bytes, pack_block, unpack_block
 from wsnsim.types import FloatArray
 
-_NUMBERS = 10
+_METRES = "<i2"
+_LARGEST_M = 32_767
+
+
+def _nothing() -> FloatArray:
+    return np.empty(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +37,10 @@ class StatePayload:
     step : the tracking step that is to be predicted from this state
     position : (3,) [m]
     velocity : (3,) [m/s]
-    orientation : (4,) unit quaternion (w, x, y, z)
+    orientation : (4,) unit quaternion (w, x, y, z), as predicted for `step`
+    spread : (6,) lower triangle, row by row, of the Cholesky factor of the particles' covariance [m];
+        empty where all nodes know it from the scenario
+    encoding : of all numbers
     """
 
     target: int
@@ -34,14 +48,25 @@ class StatePayload:
     position: FloatArray
     velocity: FloatArray
     orientation: FloatArray
+    spread: FloatArray = field(default_factory=_nothing)
+    encoding: Encoding = "float64"
 
     tag: ClassVar[int] = 0x01
     kind: ClassVar[str] = "state"
 
     def encode(self) -> bytes:
-        """Return header and 80 bytes of state."""
-        numbers = np.concatenate([self.position, self.velocity, self.orientation]).astype("<f8")
-        return pack_header(self.tag, self.target, self.step) + numbers.tobytes()
+        """Return header and numbers: 80 bytes in float64, 48 more with a spread.
+
+        Raises
+        ------
+        EncodeError : a number is too large for the encoding
+        """
+        blocks = [self.velocity, self.orientation, *([self.spread] if self.spread.size else [])]
+        return (
+            pack_header(self.tag, self.target, self.step, self.encoding)
+            + _pack_position(self.position, self.encoding)
+            + b"".join(pack_block(block, self.encoding) for block in blocks)
+        )
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
@@ -51,12 +76,58 @@ class StatePayload:
         ------
         DecodeError : wrong tag or length, a number that is not finite, a quaternion not of unit length
         """
-        target, step, body = unpack_header(data, cls.tag, cls.kind)
-        if len(body) != 8 * _NUMBERS:
-            raise DecodeError(f"state: the body must hold {8 * _NUMBERS} bytes, got {len(body)}")
-        numbers = np.frombuffer(body, dtype="<f8").astype(np.float64)
-        if not np.isfinite(numbers).all():
-            raise DecodeError("state: every number must be finite")
-        if not abs(float(np.linalg.norm(numbers[6:])) - 1.0) < 1e-6:
-            raise DecodeError("state: the orientation must be a unit quaternion")
-        return cls(target, step, numbers[:3], numbers[3:6], numbers[6:])
+        target, step, encoding, body = unpack_header(data, cls.tag, cls.kind)
+        sizes = [_position_bytes(encoding), block_bytes(3, encoding), block_bytes(4, encoding)]
+        spread_bytes = block_bytes(6, encoding)
+        if len(body) == sum(sizes) + spread_bytes:
+            sizes.append(spread_bytes)
+        if len(body) != sum(sizes):
+            raise DecodeError(f"state: the body must hold {sum(sizes)} bytes, got {len(body)}")
+        parts = []
+        for size in sizes:
+            parts.append(body[:size])
+            body = body[size:]
+        position = _unpack_position(parts[0], encoding)
+        velocity, orientation, *spread = (unpack_block(part, encoding) for part in parts[1:])
+        return cls(
+            target,
+            step,
+            position,
+            velocity,
+            _unit(orientation, encoding),
+            spread[0] if spread else _nothing(),
+            encoding,
+        )
+
+
+def _position_bytes(encoding: Encoding) -> int:
+    whole = 3 * np.dtype(_METRES).itemsize if encoding == "uint8" else 0
+    return whole + block_bytes(3, encoding)
+
+
+def _pack_position(position: FloatArray, encoding: Encoding) -> bytes:
+    if encoding != "uint8":
+        return pack_block(position, encoding)
+    metres = np.rint(position)
+    if not (np.abs(metres) <= _LARGEST_M).all():
+        raise EncodeError(
+            f"encoding: a uint8 state reaches {_LARGEST_M} m from the origin, got {position.tolist()} [m]"
+        )
+    return metres.astype(_METRES).tobytes() + pack_block(position - metres, encoding)
+
+
+def _unpack_position(data: memoryview, encoding: Encoding) -> FloatArray:
+    if encoding != "uint8":
+        return unpack_block(data, encoding)
+    whole = 3 * np.dtype(_METRES).itemsize
+    metres = np.frombuffer(data[:whole], dtype=_METRES)
+    return metres + unpack_block(data[whole:], encoding)
+
+
+def _unit(orientation: FloatArray, encoding: Encoding) -> FloatArray:
+    """Scale a quaternion to length 1 where rounding may have changed it."""
+    norm = float(np.linalg.norm(orientation))
+    tolerance = {"float64": 1e-6, "float32": 1e-5, "float16": 1e-2, "uint8": 5e-2}[encoding]
+    if not abs(norm - 1.0) < tolerance:
+        raise DecodeError("state: the orientation must be a unit quaternion")
+    return orientation if encoding == "float64" else orientation / norm

@@ -2,110 +2,107 @@
 
 The particles themselves never travel: all nodes draw the same ones. Weights
 matter up to a common factor only, so the 8-bit form sends each relative to the
-largest and drops the scale.
+largest and drops the scale. Behind the weights stands what else the camera has
+to tell: how well its best particle fits, and from where it sees the target.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, Self
 
 import numpy as np
 
 from wsnsim.errors import DecodeError
 from wsnsim.messages.header import pack_header, unpack_header
-from wsnsim.types import ByteArray, FloatArray
+from wsnsim.messages.numbers import (
+    Encoding,
+    float_bytes,
+    pack_floats,
+    pack_shares,
+    unpack_floats,
+    unpack_shares,
+)
+from wsnsim.types import FloatArray
 
 _LEVELS = 255
 
 
 @dataclass(frozen=True, eq=False)
 class WeightsPayload:
-    """Weights as float64.
+    """One weight a particle.
 
     Parameters
     ----------
     target : the target's number
     step : the step the particles were drawn for
     weights : (m,) non-negative, finite, not all zero
+    similarity : of the best particle to the reference model [0–1]
+    facing : empty, or what the camera says of the orientation, in [-1, 1]: (3,) the direction from the
+        target to the camera in the target's axes, as long as it is sure; (4,) a quaternion
+    encoding : of all numbers
     """
 
     target: int
     step: int
     weights: FloatArray
+    similarity: float = 1.0
+    facing: FloatArray = field(default_factory=lambda: np.empty(0))
+    encoding: Encoding = "float64"
 
     tag: ClassVar[int] = 0x10
     kind: ClassVar[str] = "weights"
 
     def encode(self) -> bytes:
-        """Return header and 8 bytes a weight."""
-        return pack_header(self.tag, self.target, self.step) + self.weights.astype("<f8").tobytes()
+        """Return header, weights and shares: 8M bytes of weights in float64, M in 8 bits.
+
+        One byte in front of the weights counts the shares behind them.
+
+        Raises
+        ------
+        EncodeError : a weight is too large for the encoding
+        """
+        shares = np.concatenate([[self.similarity], self.facing])
+        if self.encoding == "uint8":
+            codes = np.rint(self.weights / self.weights.max() * _LEVELS).astype(np.uint8)
+            weights: bytes = codes.tobytes()
+        else:
+            weights = pack_floats(self.weights, self.encoding)
+        return (
+            pack_header(self.tag, self.target, self.step, self.encoding)
+            + bytes([shares.size])
+            + weights
+            + pack_shares(shares, self.encoding)
+        )
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
-        """Return the weights in `data`.
+        """Return the weights in `data`; those of 8 bits are relative to the largest.
+
+        The code 0 stands for anything below half a quantum and reads as the middle
+        of that, so that one camera's rounding cannot rule a particle out.
 
         Raises
         ------
         DecodeError : wrong tag or length; a weight that is negative or not finite; all weights zero
         """
-        target, step, body = unpack_header(data, cls.tag, cls.kind)
-        if len(body) == 0 or len(body) % 8:
-            raise DecodeError(f"weights: the body must hold 8 bytes a weight, got {len(body)} bytes")
-        weights = np.frombuffer(body, dtype="<f8").astype(np.float64)
-        if not np.isfinite(weights).all() or (weights < 0).any() or not weights.any():
-            raise DecodeError("weights: all must be finite and at least 0, and one above 0")
-        return cls(target, step, weights)
+        target, step, encoding, body = unpack_header(data, cls.tag, cls.kind)
+        size = float_bytes(encoding)
+        count = body[0] if len(body) else 0
+        room = len(body) - 1 - count * size
+        if count < 1 or room < size or room % size:
+            raise DecodeError(f"weights: the body must hold {size} bytes a number, got {len(body)} bytes")
+        weights_data, shares_data = body[1 : 1 + room], body[1 + room :]
+        if encoding == "uint8":
+            codes = np.frombuffer(weights_data, dtype=np.uint8)
+            if codes.max() != _LEVELS:
+                raise DecodeError(f"weights: the largest of the 8-bit weights must be {_LEVELS}")
+            weights = np.maximum(codes, 0.25) / _LEVELS
+        else:
+            weights = unpack_floats(weights_data, encoding)
+        if (weights < 0).any() or not weights.any():
+            raise DecodeError("weights: all must be at least 0, and one above 0")
+        shares = unpack_shares(shares_data, encoding)
+        return cls(target, step, weights, float(shares[0]), shares[1:], encoding)
 
     def relative(self) -> FloatArray:
         """Return the weights (m,) over the largest, in [0, 1]."""
         return np.asarray(self.weights / self.weights.max(), dtype=np.float64)
-
-
-@dataclass(frozen=True, eq=False)
-class QuantisedWeightsPayload:
-    """Weights as 8 bits relative to the largest.
-
-    Parameters
-    ----------
-    target : the target's number
-    step : the step the particles were drawn for
-    codes : (m,) weight over largest weight, in 1/255ths
-    """
-
-    target: int
-    step: int
-    codes: ByteArray
-
-    tag: ClassVar[int] = 0x11
-    kind: ClassVar[str] = "weights"
-
-    @classmethod
-    def quantise(cls, target: int, step: int, weights: FloatArray) -> Self:
-        """Round weights (m,), at least one above 0, to 8 bits, within half a 1/255th of the largest."""
-        codes = np.rint(weights / weights.max() * _LEVELS).astype(np.uint8)
-        return cls(target, step, codes)
-
-    def encode(self) -> bytes:
-        """Return header and one byte a weight."""
-        return pack_header(self.tag, self.target, self.step) + self.codes.tobytes()
-
-    @classmethod
-    def decode(cls, data: bytes) -> Self:
-        """Return the codes in `data`.
-
-        Raises
-        ------
-        DecodeError : wrong tag, no weights, or none with the largest code
-        """
-        target, step, body = unpack_header(data, cls.tag, cls.kind)
-        codes = np.frombuffer(body, dtype=np.uint8)
-        if codes.size == 0 or codes.max() != _LEVELS:
-            raise DecodeError(f"weights: the largest of the 8-bit weights must be {_LEVELS}")
-        return cls(target, step, codes)
-
-    def relative(self) -> FloatArray:
-        """Return the weights (m,) over the largest, in (0, 1].
-
-        Code 0 stands for anything below half a quantum and reads as the middle
-        of that, so that one camera's rounding cannot rule a particle out.
-        """
-        return np.maximum(self.codes, 0.25) / _LEVELS

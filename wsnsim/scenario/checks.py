@@ -8,7 +8,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from wsnsim.scenario.faults import Fault, KeyPath, did_you_mean, path_text, shown
-from wsnsim.scenario.schema_motes import BaseStation, Camera
+from wsnsim.scenario.schema_cameras import Camera
+from wsnsim.scenario.schema_motes import BaseStation
 
 
 def cross_faults(data: Mapping[str, Any]) -> list[Fault]:
@@ -18,7 +19,14 @@ def cross_faults(data: Mapping[str, Any]) -> list[Fault]:
     ----------
     data : the scenario as plain data, defaults not filled in
     """
-    return [*_node_names(data), *_target_names(data), *_relays(data), *_rates(data), *_duration(data)]
+    return [
+        *_node_names(data),
+        *_world_names(data),
+        *_relays(data),
+        *_rates(data),
+        *_duration(data),
+        *_recorded_cameras(data),
+    ]
 
 
 def _mapping(data: Any, key: str) -> Mapping[str, Any]:
@@ -58,10 +66,23 @@ def _node_names(data: Mapping[str, Any]) -> Iterator[Fault]:
         yield from _twice(entries | first, ("motes", "base", "id"), base_id)
 
 
-def _target_names(data: Mapping[str, Any]) -> Iterator[Fault]:
+def _world_names(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Find two things of one name in the world, where random streams are told apart by names."""
     first: dict[str, KeyPath] = {}
-    for path, name in _named(data, "world", "targets"):
-        yield from _twice(first, path, name)
+    for group in ("targets", "people", "occluders"):
+        for path, name in _named(data, "world", group):
+            yield from _twice(first, path, name)
+    crowds = {
+        item["id"]: (path, item["count"])
+        for path, item in _items(data, "world", "people")
+        if isinstance(item.get("id"), str) and isinstance(item.get("count"), int) and item["count"] > 1
+    }
+    for name, path in first.items():
+        crowd, _, number = name.rpartition("-")
+        crowd_path, count = crowds.get(crowd, ((), 0))
+        if number.isdecimal() and 1 <= int(number) <= count:
+            of_crowd = f"which one of the crowd {path_text(crowd_path)} has too"
+            yield Fault(path, f"must be a name of its own, got {shown(name)}, {of_crowd}")
 
 
 def _twice(first: dict[str, KeyPath], path: KeyPath, name: str) -> Iterator[Fault]:
@@ -92,6 +113,22 @@ def _relays(data: Mapping[str, Any]) -> Iterator[Fault]:
                 (*path, "position_m"),
                 f"must be given: no camera is named {shown(name)}, so it is a relay{near}",
             )
+
+
+def _recorded_cameras(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Ask `record.images` for cameras that there are, each of them once."""
+    cameras = [name for _, name in _named(data, "cameras")]
+    names = _mapping(data, "record").get("images")
+    first: dict[str, KeyPath] = {}
+    for index, name in enumerate(names if isinstance(names, list) else []):
+        path: KeyPath = ("record", "images", index)
+        if not isinstance(name, str):
+            continue
+        if name not in cameras:
+            yield Fault(path, f"must be the id of a camera, got {shown(name)}{did_you_mean(name, cameras)}")
+        elif name in first:
+            yield Fault(path, f"must be named once, got {shown(name)}, which {path_text(first[name])} is too")
+        first.setdefault(name, path)
 
 
 def _positive(value: Any) -> float | None:

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 from wsnsim.scenario.schema import Scenario
 from wsnsim.scenario.schema_base import Position
-from wsnsim.scenario.schema_motes import Battery, Camera
+from wsnsim.scenario.schema_cameras import Camera
+from wsnsim.scenario.schema_motes import Battery
 from wsnsim.systems.base import Role
 from wsnsim.types import NodeId
 

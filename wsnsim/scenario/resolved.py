@@ -45,7 +45,12 @@ def scenario_hash(loaded: LoadedScenario) -> str:
             digests[file] = f"sha256:{hashlib.sha256(file.read_bytes()).hexdigest()}"
         return digests[file]
 
+    from wsnsim.vision.album import album_pictures
+
     data = _with_files(loaded, digest)
+    albums = [target.learn_from for target in loaded.scenario.world.targets if target.learn_from is not None]
+    pictures = [picture for album in albums for picture in album_pictures(loaded.resolve_path(album))]
+    data["pictures"] = [digest(picture) for picture in pictures]
     text = json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -53,13 +58,21 @@ def scenario_hash(loaded: LoadedScenario) -> str:
 def _with_files(loaded: LoadedScenario, name: Callable[[Path], str]) -> dict[str, Any]:
     """Return the scenario as plain data in which each file stands as `name` writes it."""
     data = loaded.scenario.model_dump(mode="json")
+    for mover in (*data["world"]["targets"], *data["world"]["people"]):
+        motion = mover["motion"]
+        for key in ("file", "homography"):
+            if motion.get(key) is not None:
+                motion[key] = name(loaded.resolve_path(motion[key]))
     for target in data["world"]["targets"]:
-        motion = target["motion"]
-        if "file" in motion:
-            motion["file"] = name(loaded.resolve_path(motion["file"]))
+        if target["learn_from"] is not None:
+            target["learn_from"] = name(loaded.resolve_path(target["learn_from"]))
     for camera in data["cameras"]:
-        if not camera["background"].startswith(PHOTO_PREFIX):
-            camera["background"] = name(loaded.resolve_path(camera["background"]))
+        holder, key = camera, "background"
+        if isinstance(camera["background"], dict):
+            holder = camera["background"]
+            key = "file" if holder["kind"] == "video" else "source"
+        if key == "file" or not holder[key].startswith(PHOTO_PREFIX):
+            holder[key] = name(loaded.resolve_path(holder[key]))
     return data
 
 

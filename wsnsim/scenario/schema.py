@@ -6,8 +6,9 @@ from pydantic import BeforeValidator, Field
 
 from wsnsim.scenario.expectations import parse_comparison
 from wsnsim.scenario.faults import shown
-from wsnsim.scenario.schema_base import Part, Seed, wrong
-from wsnsim.scenario.schema_motes import Camera, Motes
+from wsnsim.scenario.schema_base import Name, Part, Seed, wrong
+from wsnsim.scenario.schema_cameras import Camera
+from wsnsim.scenario.schema_motes import Motes
 from wsnsim.scenario.schema_network import NetworkParams
 from wsnsim.scenario.schema_world import World
 
@@ -29,10 +30,28 @@ MAX_NAME = 100
 """Characters of a scenario's name at most."""
 
 
+_EVERY = 10
+"""Steps from one recorded image to the next; 1, 10, 20 and 30 are those of Kushwaha & Koutsoukos's Fig. 8."""
+
+
 class Record(Part):
     """What is recorded beyond the tables that every run has."""
 
     frames: bool = Field(False, description="one row for every radio frame and receiver")
+    images: tuple[Name, ...] = Field(
+        (), description="cameras whose images are kept, as the programs got them; about 150 kB each"
+    )
+    image_steps: tuple[Annotated[int, Field(ge=1)], ...] | None = Field(
+        None, description="steps whose images are kept; null: the first and every tenth (1, 10, 20, ...)"
+    )
+
+    def keeps_image(self, camera: str, step: int) -> bool:
+        """Return whether the image that a camera takes at a step is kept."""
+        if camera not in self.images:
+            return False
+        if self.image_steps is None:
+            return step == 1 or step % _EVERY == 0
+        return step in self.image_steps
 
 
 class Scenario(Part):

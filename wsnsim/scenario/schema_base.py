@@ -6,12 +6,13 @@ loader validates in pydantic's strict JSON mode.
 
 import math
 import os
-from collections.abc import Collection
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
-from pydantic import AfterValidator, BaseModel, Field, ValidationInfo
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, BaseModel, Field, GetJsonSchemaHandler, ValidationInfo
+from pydantic_core import CoreSchema, PydanticCustomError
 
 from wsnsim.scenario.faults import did_you_mean, nearest, one_of, quoted, shown, unreadable
 
@@ -55,6 +56,36 @@ def _known(name: str, what: str, known: Collection[str]) -> str:
         names = one_of(sorted(known))
         raise wrong(f"must be a known {what}: {names}, got {shown(name)}{did_you_mean(name, known)}")
     return name
+
+
+@dataclass(frozen=True)
+class _Offered:
+    """What the JSON Schema says of a text, put in when somebody asks for the schema."""
+
+    words: Callable[[], dict[str, Any]]
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return {**handler(schema), **self.words()}
+
+
+def _platforms() -> dict[str, Any]:
+    from wsnsim.hardware.profiles import PLATFORMS
+
+    return {"enum": sorted(PLATFORMS)}
+
+
+def _radios() -> dict[str, Any]:
+    from wsnsim.hardware.profiles import RADIOS
+
+    return {"enum": sorted(RADIOS)}
+
+
+def _photos() -> dict[str, Any]:
+    from wsnsim.vision.photos import PHOTO_NAMES
+
+    return {"anyOf": [{"enum": list(PHOTO_NAMES)}, {"not": {"pattern": f"^{PHOTO_PREFIX}"}}]}
 
 
 def _known_platform(name: str) -> str:
@@ -106,7 +137,9 @@ Quaternion: TypeAlias = Annotated[
     tuple[Coordinate, Coordinate, Coordinate, Coordinate], AfterValidator(_unit_quaternion)
 ]
 Seed: TypeAlias = Annotated[int, Field(ge=0, le=2**63 - 1)]
-PlatformName: TypeAlias = Annotated[str, AfterValidator(_known_platform)]
-RadioName: TypeAlias = Annotated[str, AfterValidator(_known_radio)]
+PlatformName: TypeAlias = Annotated[str, AfterValidator(_known_platform), _Offered(_platforms)]
+RadioName: TypeAlias = Annotated[str, AfterValidator(_known_radio), _Offered(_radios)]
 InputFile: TypeAlias = Annotated[str, Field(min_length=1), AfterValidator(_existing_file)]
-PhotoOrFile: TypeAlias = Annotated[str, Field(min_length=1), AfterValidator(_photo_or_file)]
+PhotoOrFile: TypeAlias = Annotated[
+    str, Field(min_length=1), AfterValidator(_photo_or_file), _Offered(_photos)
+]

@@ -80,7 +80,7 @@ def _fault(error: ErrorDetails, spot: Spot) -> Fault:
         message = f"must be given: {one_of(_tags(spot, discriminator))}"
         return Fault((*spot.path, discriminator), message)
     if kind == "union_tag_invalid":
-        discriminator = context["discriminator"].strip("'")
+        discriminator = context["discriminator"].strip("'()")  # ...() where a function names the kind
         return Fault(
             (*spot.path, discriminator), _choice(value.get(discriminator), _tags(spot, discriminator))
         )

@@ -1,37 +1,37 @@
 """Puts a simulation together from a scenario: the only place that knows every room."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
 import numpy as np
 import simpy
 
 from wsnsim.errors import Problem, ScenarioError
-from wsnsim.geometry.camera import PinholeCamera
 from wsnsim.hardware.profiles import BATTERIES, IMAGERS, PLATFORMS, RADIOS
 from wsnsim.net.clock import Clock
 from wsnsim.net.interface import Network
 from wsnsim.records import Outlet
 from wsnsim.rng import RandomStreams
+from wsnsim.scenario.cameras import focal_length_px, pinhole
 from wsnsim.scenario.load import LoadedScenario
 from wsnsim.scenario.nodes import PlacedNode, placed_nodes
 from wsnsim.scenario.schema import Scenario
 from wsnsim.scenario.schema_motes import Capacity
-from wsnsim.sim.cameras import MoteCamera
+from wsnsim.scenario.schema_world import Target
 from wsnsim.sim.engine import Schedule, Simulation
+from wsnsim.sim.eyes import IMAGER, mote_cameras, open_background
 from wsnsim.sim.mail import MailRoom
 from wsnsim.sim.networks import build_network, build_tree
 from wsnsim.sim.node import Node
 from wsnsim.sim.power import NodePower
+from wsnsim.sim.recording import ImageRecorder
 from wsnsim.sim.worlds import build_world
 from wsnsim.systems.base import Belief, Role, Send, Site, TrackedTarget
-from wsnsim.types import ByteArray, NodeId
-from wsnsim.vision.photos import load_background
+from wsnsim.types import NodeId
+from wsnsim.vision.album import View, read_album
 from wsnsim.vision.portrait import Studio
-from wsnsim.vision.renderer import Renderer
 from wsnsim.world.world import World
 
-_IMAGER = "cmos"
 _PORTRAIT_PX = 640
 """Longest side of the pictures a reference model is learned from; those of larger cameras are scaled down."""
 
@@ -50,34 +50,34 @@ def build(loaded: LoadedScenario) -> Simulation:
     base = scenario.motes.base.id
     env, outlet = simpy.Environment(), Outlet()
     clock = Clock(env)
+    rate_hz = scenario.cameras[0].rate_hz
+    # a duration that is a whole number of periods keeps its last frame despite rounding
+    steps = int(scenario.duration_s * rate_hz * (1 + 1e-12))
     faults = _Faults()
     with faults.gathered():
         tree = build_tree(loaded, positions)
     with faults.gathered():
         world = build_world(loaded, streams)
+    albums: dict[str, tuple[View, ...]] = {}
+    for target in scenario.world.targets:
+        with faults.gathered():
+            albums[target.id] = _album(target)
     backgrounds = {}
     for number, camera in enumerate(scenario.cameras):
         with faults.gathered():
-            backgrounds[camera.id] = _background(loaded, number)
+            backgrounds[camera.id] = open_background(loaded, number, steps)
     powers = {}
     for node in placed:
         with faults.gathered():
             powers[node.id] = _power(clock, node, loaded)
     faults.raise_all()
 
-    rate_hz = scenario.cameras[0].rate_hz
-    # a duration that is a whole number of periods keeps its last frame despite rounding
-    steps = int(scenario.duration_s * rate_hz * (1 + 1e-12))
     schedule = Schedule(rate_hz, steps, loaded.system.settle_s(loaded.system_params, rate_hz))
-    cameras = {
-        camera.id: PinholeCamera.look_at(
-            camera.position_m, camera.look_at_m, camera.focal_px, camera.resolution_px
-        )
-        for camera in scenario.cameras
-    }
-    targets = _tracked_targets(scenario, world, streams)
+    cameras = {camera.id: pinhole(camera) for camera in scenario.cameras}
+    targets = _tracked_targets(scenario, world, albums, streams)
     site = Site(cameras, targets, schedule.rate_hz, schedule.steps, streams)
 
+    recorder = ImageRecorder(scenario.record, outlet)
     nodes: dict[NodeId, Node] = {}
     mail = MailRoom(
         clock,
@@ -108,7 +108,7 @@ def build(loaded: LoadedScenario) -> Simulation:
         schedule=schedule,
         nodes=nodes,
         positions=positions,
-        cameras=_mote_cameras(clock, scenario, nodes, cameras, backgrounds, world, streams),
+        cameras=mote_cameras(clock, scenario, nodes, cameras, backgrounds, world, streams, recorder),
         network=network,
         tree=tree,
         mail=mail,
@@ -116,7 +116,16 @@ def build(loaded: LoadedScenario) -> Simulation:
     )
 
 
-def _tracked_targets(scenario: Scenario, world: World, streams: RandomStreams) -> tuple[TrackedTarget, ...]:
+def _album(target: Target) -> tuple[View, ...]:
+    """Return the pictures that the user took of a target."""
+    if target.learn_from is None:
+        return ()
+    return read_album(target.learn_from, np.array(target.shape.semi_axes_m))
+
+
+def _tracked_targets(
+    scenario: Scenario, world: World, albums: Mapping[str, tuple[View, ...]], streams: RandomStreams
+) -> tuple[TrackedTarget, ...]:
     """Tell the system where targets start, and let it take pictures from as far as the cameras will be."""
     first = scenario.cameras[0]
     shrink = min(1.0, _PORTRAIT_PX / max(first.resolution_px))
@@ -129,7 +138,7 @@ def _tracked_targets(scenario: Scenario, world: World, streams: RandomStreams) -
             orientation=pose.orientation,
             light=world.light,
             ambient=world.ambient,
-            focal_px=shrink * first.focal_px,
+            focal_px=shrink * focal_length_px(first),
             resolution_px=(width, height),
             distance_m=max(float(np.median(distances)), 3.0 * float(target.body.semi_axes_m.max())),
             noise_sd=first.noise_sd,
@@ -137,7 +146,9 @@ def _tracked_targets(scenario: Scenario, world: World, streams: RandomStreams) -
             name=target.id,
         )
         start = Belief(pose.position, pose.velocity, pose.orientation)
-        tracked.append(TrackedTarget(target.id, target.body.semi_axes_m, start, studio.portrait))
+        tracked.append(
+            TrackedTarget(target.id, target.body.semi_axes_m, start, studio.portrait, albums[target.id])
+        )
     return tuple(tracked)
 
 
@@ -145,7 +156,7 @@ def _power(clock: Clock, node: PlacedNode, loaded: LoadedScenario) -> NodePower:
     tx_power_dbm = loaded.scenario.network.tx_power_dbm
     battery = node.battery
     capacity = battery.capacity_j if isinstance(battery, Capacity) else BATTERIES[battery.kind].capacity_j
-    imager = None if node.camera is None else IMAGERS[_IMAGER]
+    imager = None if node.camera is None else IMAGERS[IMAGER]
     try:
         return NodePower(clock, capacity, PLATFORMS[node.platform], RADIOS[node.radio], tx_power_dbm, imager)
     except ValueError as error:
@@ -154,39 +165,6 @@ def _power(clock: Clock, node: PlacedNode, loaded: LoadedScenario) -> NodePower:
 
 def _sender(mail: MailRoom, network: Network, node: NodeId) -> Callable[[Send], None]:
     return lambda send: mail.post(network, node, send)
-
-
-def _background(loaded: LoadedScenario, number: int) -> ByteArray:
-    camera = loaded.scenario.cameras[number]
-    try:
-        return load_background(camera.background, camera.resolution_px)
-    except ValueError as error:
-        raise loaded.error(("cameras", number, "background"), str(error)) from error
-
-
-def _mote_cameras(
-    clock: Clock,
-    scenario: Scenario,
-    nodes: dict[NodeId, Node],
-    cameras: dict[NodeId, PinholeCamera],
-    backgrounds: dict[NodeId, ByteArray],
-    world: World,
-    streams: RandomStreams,
-) -> tuple[MoteCamera, ...]:
-    result = []
-    for camera in scenario.cameras:
-        renderer = Renderer(
-            cameras[camera.id],
-            camera.id,
-            backgrounds[camera.id],
-            camera.noise_sd,
-            camera.gain_jitter,
-            world.light,
-            world.ambient,
-            streams,
-        )
-        result.append(MoteCamera(clock, nodes[camera.id], renderer, IMAGERS[_IMAGER], world))
-    return tuple(result)
 
 
 class _Faults:

@@ -21,6 +21,7 @@ from wsnsim.types import FloatArray, NodeId, Seconds
 from wsnsim.vision.frame import Frame
 
 if TYPE_CHECKING:
+    from wsnsim.vision.album import View
     from wsnsim.vision.portrait import Portrait
 
 
@@ -79,6 +80,10 @@ class Basis(Enum):
     """Prediction: no camera has the target in view."""
     SKIPPED = "skipped"
     """Prediction: the tracker was still busy with an earlier instant."""
+    LOST = "lost"
+    """The track was given up: where it was last believed to be."""
+    SMOOTHED = "smoothed"
+    """A revision, with what was measured up to some steps later."""
 
 
 @dataclass(frozen=True)
@@ -164,12 +169,14 @@ class TrackedTarget:
     semi_axes_m : (3,) of the ellipsoid that stands for it [m]
     start : where it is at the beginning, the manual initialisation of the published experiments
     portrait : takes a picture of it from a direction (3,) in its own axes
+    album : pictures of it that the user took, to learn from in place of portraits; empty where there are none
     """
 
     id: str
     semi_axes_m: FloatArray
     start: Belief
     portrait: "Callable[[FloatArray], Portrait]"
+    album: "tuple[View, ...]" = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,8 @@ from wsnsim.types import FloatArray, Seconds
 _START_POSITION_SD_M = 0.01
 _START_VELOCITY_SD_MPS = 0.1
 """A manual initialisation is never exact; the filter starts with these at least."""
+_FOUND_VELOCITY_SD_MPS = 1.5
+"""A target that is found walks, or stands."""
 
 
 def start(belief: Belief, error: InitialError) -> Gaussian:
@@ -24,6 +26,12 @@ def start(belief: Belief, error: InitialError) -> Gaussian:
     velocity_sd = max(error.velocity_sd_mps, _START_VELOCITY_SD_MPS)
     mean = np.concatenate([belief.position, belief.velocity])
     return Gaussian(mean, np.diag([position_sd**2] * 3 + [velocity_sd**2] * 3))
+
+
+def appear(place: FloatArray, position_sd: float) -> Gaussian:
+    """Return the filter's belief (6,) of a target that was just found at `place` (3,), at rest or not."""
+    mean = np.concatenate([place, np.zeros(3)])
+    return Gaussian(mean, np.diag([position_sd**2] * 3 + [_FOUND_VELOCITY_SD_MPS**2] * 3))
 
 
 def advance(state: Gaussian, dt: Seconds, acceleration_sd: float) -> Gaussian:

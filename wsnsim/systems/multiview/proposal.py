@@ -5,14 +5,19 @@ target and step, so that a node that missed a step is in time again at once.
 """
 
 from dataclasses import dataclass
+from math import pi
 
 import numpy as np
 
 from wsnsim.geometry.camera import PinholeCamera
+from wsnsim.geometry.quadrics import ellipsoid_outlines
 from wsnsim.messages.state import StatePayload
 from wsnsim.systems.base import Site
-from wsnsim.systems.multiview.params import MultiviewParams, PointParticipation
+from wsnsim.systems.multiview.params import MultiviewParams, PointParticipation, PredictedSpread
 from wsnsim.types import BoolArray, FloatArray, NodeId
+
+_THINNEST = 1.0 / 254.0
+"""Least width of a cloud against its length: rounded to 8 bits, a thinner one might be flat."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +35,35 @@ class Proposal:
     particles: FloatArray
 
 
+def spread(filter_cov: FloatArray, params: MultiviewParams) -> FloatArray:
+    """Return what the state message says of the particles' spread.
+
+    Parameters
+    ----------
+    filter_cov : (3, 3) covariance of the predicted position [m²]
+
+    Returns
+    -------
+    (6,) lower triangle, row by row, of the Cholesky factor [m]; empty where the spread is fixed
+    """
+    if not isinstance(params.spread, PredictedSpread):
+        return np.empty(0)
+    variances, axes = np.linalg.eigh(filter_cov)
+    variances = np.clip(variances, 0.0, params.spread.largest_sd_m**2)
+    cov = params.spread.floor_sd_m**2 * np.eye(3) + (axes * variances) @ axes.T
+    return np.asarray(np.linalg.cholesky(cov)[np.tril_indices(3)])
+
+
 def propose(state: StatePayload, params: MultiviewParams, site: Site) -> Proposal:
     """Draw the particles of a step about the constant-velocity prediction x̂ + v̂ dt."""
     mean = state.position + state.velocity / site.rate_hz
     draws = site.streams.stream("particles", state.target, state.step).standard_normal((params.particles, 3))
-    return Proposal(mean, params.particle_sd_m**2 * np.eye(3), mean + params.particle_sd_m * draws)
+    if not state.spread.size:
+        return Proposal(mean, params.particle_sd_m**2 * np.eye(3), mean + params.particle_sd_m * draws)
+    root = np.zeros((3, 3))
+    root[np.tril_indices(3)] = state.spread
+    np.fill_diagonal(root, np.maximum(np.diag(root), _THINNEST * np.abs(root).max()))
+    return Proposal(mean, root @ root.T, mean + draws @ root.T)
 
 
 def in_view(camera: PinholeCamera, points: FloatArray) -> BoolArray:
@@ -51,21 +80,34 @@ def in_view(camera: PinholeCamera, points: FloatArray) -> BoolArray:
     )
 
 
-def takes_part(camera: PinholeCamera, proposal: Proposal, params: MultiviewParams) -> bool:
+def takes_part(
+    camera: PinholeCamera, proposal: Proposal, state: StatePayload, params: MultiviewParams, site: Site
+) -> bool:
     """Tell whether a camera is asked at this step.
 
     By the whole cloud of the predicted particles: after a wrong estimate cameras
-    beside the mean, which could correct it, are still asked. The cloud's spread
-    is fixed, as the 80-byte state carries no covariance. Or by the predicted
-    point, as printed. Camera and base station come to the same answer without a
-    message.
+    beside the mean, which could correct it, are still asked. Or by the predicted
+    point, as printed. Not where the target would be too small to be of use
+    (Kushwaha & Koutsoukos 2013, Sec. 6.2.2). Camera and base station come to the
+    same answer without a message.
     """
     rule = params.participation
     if isinstance(rule, PointParticipation):
-        return bool(in_view(camera, proposal.mean[None])[0])
-    return float(np.mean(in_view(camera, proposal.particles))) >= rule.share_min
+        within = bool(in_view(camera, proposal.mean[None])[0])
+    else:
+        within = float(np.mean(in_view(camera, proposal.particles))) >= rule.share_min
+    if not within or params.usable_px_min == 0.0:
+        return within
+    semi_axes = site.targets[state.target].semi_axes_m
+    outline = ellipsoid_outlines(camera, proposal.mean[None], state.orientation, semi_axes)
+    # behind the camera or cut by its plane: the target is near, if it is there at all
+    return not outline.visible[0] or pi / np.sqrt(np.linalg.det(outline.shapes[0])) >= params.usable_px_min
 
 
-def participants(site: Site, proposal: Proposal, params: MultiviewParams) -> tuple[NodeId, ...]:
+def participants(
+    site: Site, proposal: Proposal, state: StatePayload, params: MultiviewParams
+) -> tuple[NodeId, ...]:
     """Return the cameras that are asked at this step."""
-    return tuple(node for node, camera in site.cameras.items() if takes_part(camera, proposal, params))
+    return tuple(
+        node for node, camera in site.cameras.items() if takes_part(camera, proposal, state, params, site)
+    )

@@ -1,4 +1,4 @@
-"""The reference model: histograms of a target seen from 26 directions.
+"""The reference model: histograms of a target seen from many sides, 26 directions by default.
 
 Kushwaha & Koutsoukos 2013, Sec. 4.1.2.
 """
@@ -12,6 +12,7 @@ from wsnsim.kernels.histograms import kernel_histogram
 from wsnsim.systems.base import TrackedTarget
 from wsnsim.systems.multiview.viewpoints import viewpoints
 from wsnsim.types import FloatArray
+from wsnsim.vision.album import View
 from wsnsim.vision.features import FeatureSpace
 
 
@@ -32,11 +33,14 @@ class ReferenceModel:
 
 
 def learn(target: TrackedTarget, features: FeatureSpace) -> ReferenceModel:
-    """Photograph a target from all viewpoints and keep the kernel-weighted histograms (Eq. 8)."""
-    directions = viewpoints()
+    """Keep the kernel-weighted histograms (Eq. 8) of pictures of a target from many sides.
+
+    The pictures are the user's where there are any, else portraits from the 26
+    viewpoints.
+    """
+    views = target.album or tuple(View(direction, target.portrait(direction)) for direction in viewpoints())
     colour, texture = [], []
-    for direction in directions:
-        portrait = target.portrait(direction)
+    for _, portrait in views:
         outlines = ellipsoid_outlines(
             portrait.camera, np.zeros((1, 3)), portrait.orientation, target.semi_axes_m
         )
@@ -54,4 +58,5 @@ def learn(target: TrackedTarget, features: FeatureSpace) -> ReferenceModel:
         )
         colour.append(histograms[0])
         texture.append(histograms[1])
+    directions = np.array([view.direction for view in views])
     return ReferenceModel(directions, np.sqrt(np.array(colour)), np.sqrt(np.array(texture)))

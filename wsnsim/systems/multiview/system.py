@@ -3,8 +3,9 @@
 from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
+from wsnsim.messages.search import SearchPayload, SightingPayload
 from wsnsim.messages.state import StatePayload
-from wsnsim.messages.weights import QuantisedWeightsPayload, WeightsPayload
+from wsnsim.messages.weights import WeightsPayload
 from wsnsim.systems.base import Program, Role, Site, System
 from wsnsim.systems.multiview.params import MultiviewParams
 from wsnsim.systems.silent import SilentProgram
@@ -26,7 +27,8 @@ def _models(site: Site, colour_space: Literal["hsv", "hs"]) -> "tuple[ReferenceM
 def make_program(params: MultiviewParams, site: Site, node: NodeId, role: Role) -> Program:
     """Return what runs on `node`; all motes share one reference model, learned before the run."""
     # compiled kernels come in with the trackers: a scenario is checked without them
-    from wsnsim.systems.multiview.t0 import T0Base, T0Camera
+    from wsnsim.systems.multiview.t0_base import T0Base
+    from wsnsim.systems.multiview.t0_camera import T0Camera
 
     if role is Role.BASE:
         return T0Base(params, site)
@@ -40,7 +42,7 @@ SYSTEM = System(
     citation="M. Kushwaha, X. Koutsoukos: Collaborative 3D Target Tracking in Distributed Smart Camera "
     "Networks for Wide-Area Surveillance. Journal of Sensor and Actuator Networks 2(2), 316-353, 2013",
     params=MultiviewParams,
-    payloads=(StatePayload, WeightsPayload, QuantisedWeightsPayload),
+    payloads=(StatePayload, WeightsPayload, SearchPayload, SightingPayload),
     program=make_program,
     settle_s=MultiviewParams.deadline,
 )

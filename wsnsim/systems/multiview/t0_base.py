@@ -1,4 +1,4 @@
-"""Tracker T0, the base tracker: weights of synchronised particles go to the base station.
+"""Tracker T0 at the base station: weights of synchronised particles come in, an estimate goes out.
 
 Kushwaha & Koutsoukos 2013, Algorithm 1, in the mended form. One step k:
 
@@ -9,30 +9,22 @@ Kushwaha & Koutsoukos 2013, Algorithm 1, in the mended form. One step k:
    weights, takes their mean or best particle, corrects its Kalman filter, and goes on with
    the next frame to come. Frames that passed meanwhile get a prediction.
 
-Every message carries its step. A camera without the state of its frame's step
-stays silent and says so; weights of another step are not mixed in. The
-orientation stays that of the initialisation: T0 does not estimate it yet.
+Every message carries its step; weights of another step are not mixed in. A track that
+the images no longer bear out is given up, and the target looked for until the rays of
+enough cameras meet.
 
 The position and covariance of an update are those of the weighted particles.
 A sharpened Bhattacharyya coefficient is no calibrated likelihood: in setup A
 the covariance is three to four times too wide.
 """
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
-from wsnsim.estimation.kalman import Gaussian
-from wsnsim.estimation.particles import (
-    Evidence,
-    mean_and_cov,
-    normalised,
-    spacing_variance,
-    without_prior,
-)
 from wsnsim.hardware.work import Work
-from wsnsim.messages.state import StatePayload
-from wsnsim.messages.weights import QuantisedWeightsPayload, WeightsPayload
+from wsnsim.messages.search import SearchPayload, SightingPayload
+from wsnsim.messages.weights import WeightsPayload
 from wsnsim.systems.base import (
     Basis,
     Belief,
@@ -44,134 +36,23 @@ from wsnsim.systems.base import (
     Site,
     Step,
     Timer,
-    TrackedTarget,
     TrackEstimate,
 )
-from wsnsim.systems.multiview.estimators import position_estimate
-from wsnsim.systems.multiview.filtering import advance, correct, position_cov, start
-from wsnsim.systems.multiview.params import FixedNoise, MultiviewParams
-from wsnsim.systems.multiview.proposal import Proposal, participants, propose, takes_part
-from wsnsim.systems.multiview.reference_model import ReferenceModel
-from wsnsim.systems.multiview.similarity import compare, particle_weights
-from wsnsim.types import FloatArray, NodeId, Seconds
-from wsnsim.vision.features import FeatureSpace
+from wsnsim.systems.multiview.filtering import advance, appear, position_cov, start
+from wsnsim.systems.multiview.following import Fusion, begin, fuse, next_step, revisions
+from wsnsim.systems.multiview.history import History
+from wsnsim.systems.multiview.orientation import Attitude
+from wsnsim.systems.multiview.params import MultiviewParams
+from wsnsim.systems.multiview.search import meeting_point
+from wsnsim.systems.multiview.t0_camera import DRAW_FLOATS
+from wsnsim.systems.multiview.track import Quest, Track
+from wsnsim.types import NodeId, Seconds
 from wsnsim.vision.frame import Frame
 
-_DRAW_FLOATS = 60.0  # one particle: three normal draws, projection, test against the image's border
-_LEAST_WEIGHT = 1e-12
 _FUSE_FLOATS = 25.0  # one particle and camera: logarithm and sum; its part of mean and covariance
-
-
-class T0Camera:
-    """What runs on a camera mote: draw, compare, send.
-
-    Parameters
-    ----------
-    models : the reference model of each target of the site
-    """
-
-    def __init__(
-        self, params: MultiviewParams, site: Site, node: NodeId, models: tuple[ReferenceModel, ...]
-    ) -> None:
-        self._params = params
-        self._site = site
-        self._camera = site.cameras[node]
-        self._models = models
-        self._features = FeatureSpace(params.colour_space)
-        self._frame: Frame | None = None
-        self._unanswered: set[int] = set()
-        self._states: dict[int, StatePayload] = {}
-
-    def on_start(self, ctx: Context) -> Step:
-        """Wait for a state and a frame."""
-        return Step()
-
-    def on_timer(self, ctx: Context, key: str) -> Step:
-        """Do nothing: a camera sets no timers."""
-        return Step()
-
-    def on_frame(self, ctx: Context, frame: Frame) -> Step:
-        """Take a frame; work on it as soon as the state of its step is here."""
-        unused = tuple(
-            Note(
-                "frame_unused",
-                f"frame {self._frame.step}: no state of {self._site.targets[target].id} for it",
-            )
-            for target in sorted(self._unanswered)
-            if self._frame is not None
-        )
-        self._frame = frame
-        self._unanswered = set(range(len(self._site.targets)))
-        return self._answer(unused)
-
-    def on_payload(self, ctx: Context, message: Received) -> Step:
-        """Take the state of a target, and work on the frame that waits for it."""
-        state = message.payload
-        if isinstance(state, StatePayload) and state.target < len(self._site.targets):
-            self._states[state.target] = state
-        return self._answer()
-
-    def _answer(self, notes: tuple[Note, ...] = ()) -> Step:
-        sends: list[Send] = []
-        work = Work()
-        frame = self._frame
-        if frame is not None:
-            for target in sorted(self._unanswered):
-                state = self._states.get(target)
-                if state is not None and state.step == frame.step:
-                    self._unanswered.discard(target)
-                    sent, cost = self._weigh(frame, state)
-                    sends += sent
-                    work += cost
-        return Step(sends=tuple(sends), work=work, notes=notes)
-
-    def _weigh(self, frame: Frame, state: StatePayload) -> tuple[list[Send], Work]:
-        params = self._params
-        proposal = propose(state, params, self._site)
-        work = Work(float_ops=params.particles * _DRAW_FLOATS)
-        if not takes_part(self._camera, proposal, params):
-            return [], work
-        similarity = compare(
-            frame.image,
-            self._camera,
-            proposal,
-            state.orientation,
-            self._site.targets[state.target].semi_axes_m,
-            self._models[state.target],
-            self._features,
-            params.colour_share,
-        )
-        work += similarity.work
-        weights = particle_weights(similarity, params.likelihood)
-        payload: WeightsPayload | QuantisedWeightsPayload
-        if params.encoding == "float64":
-            payload = WeightsPayload(state.target, state.step, weights)
-        else:
-            payload = QuantisedWeightsPayload.quantise(state.target, state.step, weights)
-        expires = state.step / self._site.rate_hz + params.deadline(self._site.rate_hz)
-        return [Send(Scope.BASE, payload, expires)], work
-
-
-@dataclass
-class _Track:
-    """What the base station holds of one target between two fusions.
-
-    Parameters
-    ----------
-    state : belief (6,) at step - 1
-    step : the step that is being measured
-    sent : the state that the cameras predict from
-    proposal, asked : the particles they draw, and who sees them
-    weights : (M,) of each camera that has answered
-    """
-
-    target: TrackedTarget
-    state: Gaussian
-    step: int
-    sent: StatePayload
-    proposal: Proposal
-    asked: tuple[NodeId, ...]
-    weights: dict[NodeId, FloatArray]
+_MEET_FLOATS = 300.0  # two rays: their nearest point, its distance from the others
+_REPEAT_S = 1.0
+"""How often the cameras are told anew to look for a target: a search may be lost on its way."""
 
 
 class T0Base:
@@ -180,12 +61,15 @@ class T0Base:
     def __init__(self, params: MultiviewParams, site: Site) -> None:
         self._params = params
         self._site = site
-        self._dt: Seconds = 1.0 / site.rate_hz
-        self._tracks: list[_Track] = []
+        self._tracks: list[Track | Quest] = []
 
     def on_start(self, ctx: Context) -> Step:
-        """Send every target's initial state, where the scenario puts it, give or take the error asked for."""
+        """Send every target's initial state, give or take the error asked for, or have it looked for."""
+        steps = []
         for number, target in enumerate(self._site.targets):
+            if self._params.start == "automatic":
+                steps.append(self._seek(number, 1, None))
+                continue
             error = self._params.initial_error
             draws = self._site.streams.stream("initial_error", number).standard_normal(6)
             belief = Belief(
@@ -193,126 +77,196 @@ class T0Base:
                 target.start.velocity + error.velocity_sd_mps * draws[3:],
                 target.start.orientation,
             )
-            self._tracks.append(self._begin(number, target, start(belief, error), step=1))
-        return Step(
-            sends=tuple(Send(Scope.TREE, track.sent) for track in self._tracks),
-            timers=tuple(self._timer(track) for track in self._tracks),
-            work=self._drawing_work(len(self._tracks)),
-        )
+            history = History(self._params.smoothing_scans)
+            track = begin(
+                self._params,
+                self._site,
+                number,
+                start(belief, error),
+                Attitude(belief.orientation),
+                1,
+                0.0,
+                history,
+            )
+            steps.append(self._follow(track))
+        return _together(*steps)
 
     def on_frame(self, ctx: Context, frame: Frame) -> Step:
         """Do nothing: a base station has no camera."""
         return Step()
 
     def on_payload(self, ctx: Context, message: Received) -> Step:
-        """Take a camera's weights; fuse when all that were asked have answered."""
-        payload = message.payload
-        if not isinstance(payload, (WeightsPayload, QuantisedWeightsPayload)):
+        """Take weights, and fuse when all that were asked have answered; or take a sighting."""
+        source, payload = message.source, message.payload
+        if not isinstance(payload, (WeightsPayload, SightingPayload)):
             return Step()
         if payload.target >= len(self._tracks):
-            return Step(notes=(Note("weights_refused", f"{message.source}: no target {payload.target}"),))
+            return Step(notes=(Note(f"{payload.kind}_refused", f"{source}: no target {payload.target}"),))
+        if source not in self._site.cameras:
+            return Step(notes=(Note(f"{payload.kind}_refused", f"{source}: is no camera"),))
         track = self._tracks[payload.target]
-        weights = payload.relative()
-        if payload.step != track.step:
-            detail = f"{message.source}: weights of step {payload.step} came during step {track.step}"
-            return Step(notes=(Note("weights_late", detail),))
-        if weights.size != self._params.particles:
-            detail = f"{message.source}: {weights.size} weights for {self._params.particles} particles"
-            return Step(notes=(Note("weights_refused", detail),))
-        if message.source not in track.asked:
-            detail = f"{message.source}: was not asked at step {track.step}"
-            return Step(notes=(Note("weights_refused", detail),))
-        track.weights[message.source] = weights
-        if len(track.weights) == len(track.asked):
-            return self._fuse(payload.target, ctx.now)
-        return Step()
+        if isinstance(payload, SightingPayload):
+            if isinstance(track, Quest) and self._fresh(payload, track.step):
+                track.sightings[source] = payload
+                return Step()
+        elif isinstance(track, Track) and payload.step == track.step:
+            refusal = self._refusal(source, payload, track)
+            if refusal:
+                return Step(notes=(Note("weights_refused", f"{source}: {refusal}"),))
+            track.reports[source] = payload
+            return self._fuse(track, ctx.now) if len(track.reports) == len(track.asked) else Step()
+        detail = f"{source}: {payload.kind} of step {payload.step} came during step {track.step}"
+        return Step(notes=(Note(f"{payload.kind}_late", detail),))
 
     def on_timer(self, ctx: Context, key: str) -> Step:
-        """Fuse what has come by the deadline."""
+        """Fuse what has come by the deadline, or see whether the sightings of a step meet."""
         number, step = (int(part) for part in key.split(":"))
-        if self._tracks[number].step == step:
-            return self._fuse(number, ctx.now)
-        return Step()
+        track = self._tracks[number]
+        if track.step != step:
+            return Step()
+        return self._fuse(track, ctx.now) if isinstance(track, Track) else self._meet(track, ctx.now)
 
-    def _begin(self, number: int, target: TrackedTarget, state: Gaussian, step: int) -> _Track:
-        sent = StatePayload(number, step, state.mean[:3], state.mean[3:], target.start.orientation)
-        proposal = propose(sent, self._params, self._site)
-        asked = participants(self._site, proposal, self._params)
-        return _Track(target, state, step, sent, proposal, asked, {})
+    def _refusal(self, source: NodeId, payload: WeightsPayload, track: Track) -> str:
+        """Return why weights are of no use, or nothing."""
+        if payload.weights.size != self._params.particles:
+            return f"{payload.weights.size} weights for {self._params.particles} particles"
+        return "" if source in track.asked else f"was not asked at step {track.step}"
 
-    def _fuse(self, number: int, now: Seconds) -> Step:
-        """Estimate the step being measured, predict those that passed meanwhile, begin the next."""
-        params, track = self._params, self._tracks[number]
-        estimate, state = self._estimate(track)
-        estimates = [estimate]
-        upcoming = max(track.step + 1, int(now * self._site.rate_hz + 1e-6) + 1)
-        for step in range(track.step + 1, min(upcoming, self._site.steps + 1)):
-            state = advance(state, self._dt, params.acceleration_sd_mps2)
-            estimates.append(self._prediction(track, state, step, Basis.SKIPPED))
-        work = Work(float_ops=params.particles * (len(track.weights) + 1) * _FUSE_FLOATS)
-        if upcoming > self._site.steps:
-            track.step = upcoming
-            return Step(work=work, estimates=tuple(estimates))
-        following = self._begin(number, track.target, state, upcoming)
-        self._tracks[number] = following
+    def _fuse(self, track: Track, now: Seconds) -> Step:
+        """Estimate a step; then follow the target, or look for it where the images do not show it."""
+        params, site, loss = self._params, self._site, self._params.loss
+        fusion = fuse(params, site, track, now)
+        work = Work(float_ops=params.particles * (len(track.reports) + 1) * _FUSE_FLOATS)
+        done = Step(work=work, estimates=fusion.estimates)
+        if fusion.upcoming > site.steps:
+            track.step = fusion.upcoming
+            return done
+        if loss is not None and fusion.bad_s >= loss.after_s > track.bad_s:
+            done = replace(done, notes=(Note("track_lost", self._why(track.number, fusion.bad_s)),))
+            if loss.search:
+                return _together(done, self._give_up(track, fusion))
+        following = begin(
+            params,
+            site,
+            track.number,
+            fusion.state,
+            fusion.attitude,
+            fusion.upcoming,
+            fusion.bad_s,
+            fusion.history,
+        )
+        return _together(done, self._follow(following))
+
+    def _why(self, number: int, bad_s: Seconds) -> str:
+        return f"{self._site.targets[number].id}: not borne out by any image for {bad_s:g} s"
+
+    def _follow(self, track: Track) -> Step:
+        """Send the state from which the cameras predict a step; nobody asked, nothing to wait for."""
+        self._tracks[track.number : track.number + 1] = [track]
+        wait = self._params.deadline(self._site.rate_hz) if track.asked else 0.0
         return Step(
-            sends=(Send(Scope.TREE, following.sent),),
-            timers=(self._timer(following),),
-            work=work + self._drawing_work(1),
-            estimates=tuple(estimates),
+            sends=(Send(Scope.TREE, track.sent),),
+            timers=(Timer(f"{track.number}:{track.step}", track.step / self._site.rate_hz + wait),),
+            work=Work(float_ops=self._params.particles * DRAW_FLOATS * len(self._site.cameras)),
         )
 
-    def _estimate(self, track: _Track) -> tuple[TrackEstimate, Gaussian]:
-        """Return the estimate of the track's step and the filter's belief after it."""
-        predicted = advance(track.state, self._dt, self._params.acceleration_sd_mps2)
-        if not track.weights:
-            basis = Basis.TIMED_OUT if track.asked else Basis.UNASKED
-            return self._prediction(track, predicted, track.step, basis), predicted
-        proposal = track.proposal
-        # a weight of zero from one camera is not proof: it must not rule a particle out for all
-        logs = [np.log(np.maximum(weights, _LEAST_WEIGHT)) for weights in track.weights.values()]
-        weights = normalised(np.sum(logs, axis=0))
-        mean, cov = mean_and_cov(proposal.particles, weights)
-        position = position_estimate(
-            self._params.estimator,
-            proposal.particles,
-            weights,
-            predicted.mean[:3],
-            position_cov(predicted),
-        )
-        noise = self._params.measurement_noise
-        if isinstance(noise, FixedNoise):
-            evidence = Evidence(position, np.eye(3), noise.sd_m**2 * np.eye(3))
-        else:
-            unresolved = spacing_variance(proposal.cov, self._params.particles)
-            evidence = without_prior(mean, cov, proposal.mean, proposal.cov, unresolved)
-        state = correct(predicted, evidence)
-        estimate = TrackEstimate(
-            time=track.step * self._dt,
-            track=track.target.id,
-            belief=Belief(position, state.mean[3:], track.sent.orientation),
-            cov=cov,
-            basis=Basis.UPDATE,
-            asked=len(track.asked),
-            heard=len(track.weights),
-        )
-        return estimate, state
-
-    def _prediction(self, track: _Track, state: Gaussian, step: int, basis: Basis) -> TrackEstimate:
-        return TrackEstimate(
-            time=step * self._dt,
-            track=track.target.id,
-            belief=Belief(state.mean[:3], state.mean[3:], track.sent.orientation),
-            cov=position_cov(state),
-            basis=basis,
-            asked=len(track.asked) if step == track.step else 0,
+    def _give_up(self, track: Track, fusion: Fusion) -> Step:
+        """Smooth what is left of a track, and have the target looked for from where it was last."""
+        rest = fusion.history.rest(1.0 / self._site.rate_hz, self._params.acceleration_sd_mps2)
+        last = replace(
+            fusion.estimates[0],
+            belief=Belief(fusion.state.mean[:3], np.zeros(3), fusion.attitude.orientation),
+            cov=position_cov(fusion.state),
+            basis=Basis.LOST,
+            asked=0,
             heard=0,
         )
+        ended = Step(estimates=tuple(revisions(self._site, track, rest)))
+        return _together(ended, self._seek(track.number, fusion.upcoming, last))
 
-    def _timer(self, track: _Track) -> Timer:
-        """Return the deadline of the step being measured; nobody asked, nothing to wait for."""
-        wait = self._params.deadline(self._site.rate_hz) if track.asked else 0.0
-        return Timer(f"{track.sent.target}:{track.step}", track.step * self._dt + wait)
+    def _seek(self, number: int, step: int, last: TrackEstimate | None) -> Step:
+        """Have the cameras look for a target from `step` on."""
+        self._tracks[number : number + 1] = [Quest(number, step, step, last)]
+        return Step(
+            sends=(Send(Scope.TREE, SearchPayload(number, step)),), timers=(self._collected(number, step),)
+        )
 
-    def _drawing_work(self, tracks: int) -> Work:
-        return Work(float_ops=tracks * self._params.particles * _DRAW_FLOATS * len(self._site.cameras))
+    def _fresh(self, sighting: SightingPayload, step: int) -> bool:
+        """Tell whether a sighting still says something at a step: slow motes search for several frames."""
+        return step - sighting.step <= self._params.searching.after_s * self._site.rate_hz
+
+    def _meet(self, quest: Quest, now: Seconds) -> Step:
+        """Begin a track where the cameras' last sightings meet; else go on looking."""
+        target, loss = self._site.targets[quest.number], self._params.searching
+        work = Work(float_ops=_MEET_FLOATS * len(quest.sightings) ** 2)
+        tolerance_m = float(target.semi_axes_m.max())
+        met = meeting_point(quest.sightings, self._site.cameras, tolerance_m, loss.cameras_min)
+        if met is None:
+            return _together(Step(work=work), self._go_on(quest))
+        place, cameras = met
+        seen = max(quest.sightings[camera].step for camera in cameras)
+        state = appear(place, tolerance_m)
+        orientation = target.start.orientation if quest.last is None else quest.last.belief.orientation
+        found = TrackEstimate(
+            time=seen / self._site.rate_hz,
+            track=target.id,
+            belief=Belief(place, np.zeros(3), orientation),
+            cov=position_cov(state),
+            basis=Basis.UPDATE,
+            asked=len(self._site.cameras),
+            heard=len(cameras),
+        )
+        note = Note("track_started", f"{target.id}: seen by {', '.join(cameras)}")
+        upcoming, estimates = next_step(self._site, seen, now), [found]
+        for step in range(seen + 1, min(upcoming, self._site.steps + 1)):
+            state = advance(state, 1.0 / self._site.rate_hz, self._params.acceleration_sd_mps2)
+            estimates.append(
+                replace(
+                    found,
+                    time=step / self._site.rate_hz,
+                    cov=position_cov(state),
+                    basis=Basis.SKIPPED,
+                    asked=0,
+                    heard=0,
+                )
+            )
+        done = Step(work=work, estimates=tuple(estimates), notes=(note,))
+        if upcoming > self._site.steps:
+            quest.step = upcoming
+            return done
+        history = History(self._params.smoothing_scans)
+        track = begin(
+            self._params, self._site, quest.number, state, Attitude(orientation), upcoming, 0.0, history
+        )
+        return _together(done, self._follow(track))
+
+    def _go_on(self, quest: Quest) -> Step:
+        """Collect the sightings of the next step; tell the cameras again now and then."""
+        rate_hz = self._site.rate_hz
+        held = () if quest.last is None else (replace(quest.last, time=quest.step / rate_hz),)
+        step = quest.step + 1
+        if step > self._site.steps:
+            quest.step = step
+            return Step(estimates=held)
+        again = step - quest.asked_at >= _REPEAT_S * rate_hz
+        fresh = {node: sighting for node, sighting in quest.sightings.items() if self._fresh(sighting, step)}
+        asked_at = step if again else quest.asked_at
+        self._tracks[quest.number] = Quest(quest.number, step, asked_at, quest.last, fresh)
+        sends = (Send(Scope.TREE, SearchPayload(quest.number, step)),) if again else ()
+        return Step(sends=sends, timers=(self._collected(quest.number, step),), estimates=held)
+
+    def _collected(self, number: int, step: int) -> Timer:
+        """Return when the sightings of a step are in."""
+        rate_hz = self._site.rate_hz
+        return Timer(f"{number}:{step}", step / rate_hz + min(self._params.deadline(rate_hz), 0.9 / rate_hz))
+
+
+def _together(*steps: Step) -> Step:
+    """Return what several steps do, in their order, as one."""
+    return Step(
+        sends=tuple(send for step in steps for send in step.sends),
+        work=sum((step.work for step in steps), Work()),
+        timers=tuple(timer for step in steps for timer in step.timers),
+        estimates=tuple(estimate for step in steps for estimate in step.estimates),
+        notes=tuple(note for step in steps for note in step.notes),
+    )
