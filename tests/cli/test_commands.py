@@ -202,6 +202,8 @@ def test_a_run_that_is_stopped_says_so_and_keeps_its_records(
             str(scenario),
             "--set",
             "duration_s=5000",
+            "--set",
+            "record.images=[]",
             "--out",
             str(folder),
         ],

@@ -23,7 +23,10 @@ from wsnsim.cli import main
 sys.argv[1:] = sys.argv[2:]
 main()
 """
-SHORT = ("--set", "duration_s=1", "--set", "system.particles=50", "--set", "expect={}", "--force")
+SHORT = (
+    *("--set", "duration_s=1", "--set", "system.particles=50", "--set", "expect={}"),
+    *("--set", "record.images=[]", "--force"),
+)
 
 
 @pytest.fixture(scope="module")

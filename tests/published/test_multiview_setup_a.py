@@ -61,14 +61,40 @@ def test_every_camera_is_asked_and_heard_over_an_ideal_network(runs: list[Run]) 
 def test_the_bytes_are_the_papers_formula_and_the_headers(runs: list[Run]) -> None:
     """|χ| + M N |w| = 80 + 8 · 1000 · 4 bytes a step (Sec. 4.2.1), 6 bytes of header a message.
 
-    The state goes to each of four motes in one message; the base's is counted once.
+    The state goes to each of four motes in one message; the base's is counted once, and tells the
+    particles' spread in six numbers more. Behind the weights stand their number of companions in a byte,
+    the best particle's similarity, and the direction from which the target is seen.
     """
     weights = runs[0].messages.query("kind == 'weights'")
     states = runs[0].messages.query("kind == 'state'")
-    assert (weights["bytes"] == 8000 + 6).all()
+    assert (weights["bytes"] == 6 + 8000 + 1 + 8 * (1 + 3)).all()
     assert len(weights) == 4 * 36
-    assert (states.drop_duplicates("message")["bytes"] == 80 + 6).all()
+    assert (states.drop_duplicates("message")["bytes"] == 6 + 80 + 8 * 6).all()
     assert states["message"].nunique() == 36
+
+
+def test_the_printed_form_sends_the_papers_state(scenarios) -> None:
+    """Its spread is fixed: 80 bytes; a quaternion of 32 bytes tells the orientation."""
+    path = scenarios / "published" / "multiview_setup_a.yaml"
+    printed = run(path, overrides=("system.preset=published", "duration_s=2"))
+    messages = printed.messages.groupby("kind")["bytes"].unique()
+    assert list(messages["state"]) == [6 + 80]
+    assert list(messages["weights"]) == [6 + 8000 + 1 + 8 * (1 + 4)]
+
+
+def test_a_path_along_a_cameras_axis_changes_the_scale(scenarios) -> None:
+    """Up and down the axis of c1 the target's size there changes by more than 4, and it is not lost."""
+    path = scenarios / "published" / "multiview_setup_a.yaml"
+    motion = "world.targets[box].motion"
+    along = (
+        f"{motion}.points_m=[[2.0, 2.14, 1.71], [4.6, 4.5, 0.66], [2.2, 2.32, 1.63]]",
+        f"{motion}.jitter_m=0",
+    )
+    result = run(path, overrides=(*along, f"{motion}.speed_mps=0.8"))
+    shares = result.tables["views"].query("camera == 'c1'")["pixel_share"]
+    assert shares.max() > 4.0 * shares.min()
+    assert result.summary["lost_fraction"] == 0
+    assert result.summary["position_error_mean_m"] < 0.06
 
 
 def test_quantised_weights_are_as_good(scenarios, runs: list[Run]) -> None:
@@ -78,7 +104,7 @@ def test_quantised_weights_are_as_good(scenarios, runs: list[Run]) -> None:
     coded = [run(path, seed=seed, overrides=("system.encoding=uint8",)) for seed in seeds]
     ratio = over(coded, "position_error_mean_m") / over(runs[: len(seeds)], "position_error_mean_m")
     assert ratio.mean() <= 1.15
-    assert (coded[0].messages.query("kind == 'weights'")["bytes"] == 1000 + 6).all()
+    assert (coded[0].messages.query("kind == 'weights'")["bytes"] == 6 + 1000 + 1 + 4).all()
 
 
 def test_over_802_15_4_eight_bit_weights_still_track(scenarios, runs: list[Run]) -> None:

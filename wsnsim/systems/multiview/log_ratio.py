@@ -22,7 +22,7 @@ _TARGET_FLOOR = 0.02
 
 # Operations of the mote's own integer implementation, counted from its inner loops.
 _SCORE_OPS_PER_PIXEL = 8.0  # two counts, two look-ups, two sums
-_ROW_OPS = 25.0  # one particle's chord in one row: square root, clipping, difference
+_ROW_OPS = 25.0  # one particle's chord in one row: its ends in fixed point, clipping, difference
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ def log_ratios(
     if not shown.any():
         return none
     rows = 2.0 * np.sqrt(areas[shown] / pi).sum()
-    work = Work(int_ops=_SCORE_OPS_PER_PIXEL * region.colour.size, float_ops=_ROW_OPS * float(rows))
+    work = Work(int_ops=_SCORE_OPS_PER_PIXEL * region.colour.size + _ROW_OPS * float(rows))
     return LogRatios(sums / area, work)
 
 
