@@ -269,3 +269,10 @@ def test_an_empty_run_has_no_figures_and_no_nan():
         "latency_p50_s",
     ):
         assert empty[key] is None
+
+
+def test_a_track_that_was_given_up_is_lost_however_near_it_stopped():
+    ended = pd.concat([STEPS, steps([(3, "p", 0.2, 1.0, 0.3, "lost")])])
+    assert accuracy(ended, LIMITS_M)["lost_fraction"] == 1.0
+    found = pd.concat([ended, steps([(4, "p", 0.2, 1.0, 0.3, "update")])])
+    assert accuracy(found, LIMITS_M)["lost_fraction"] == 0.5

@@ -187,3 +187,12 @@ def test_only_portraits_of_the_target_are_written(tmp_path):
         with pytest.raises(ValueError, match=message):
             write_album([Portrait(portrait.image, wrong, IDENTITY)], tmp_path / "album")
     assert not (tmp_path / "album").exists()
+
+
+def test_pictures_of_one_side_only_are_refused(tmp_path):
+    """Twelve pictures, all within a few degrees, are one side."""
+    studio = make_studio()
+    near = [np.array([1.0, 0.01 * number, 0.0]) for number in range(12)]
+    write_album([studio.portrait(side / np.linalg.norm(side)) for side in near], tmp_path)
+    (problem,) = refused(tmp_path / "album.csv")
+    assert "must hold pictures from at least 6 sides, got 1 of them" in problem

@@ -5,8 +5,6 @@ image, the weights of its pixels, a histogram of it. The twins are the oracles o
 kernels' tests too.
 """
 
-from importlib.util import find_spec
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -85,8 +83,12 @@ def full_mask_sums(scores: FloatArray, outlines: Outlines) -> FloatArray:
 
 
 def has_opencv() -> bool:
-    """Tell whether OpenCV is installed."""
-    return find_spec("cv2") is not None
+    """Tell whether OpenCV is installed, and works."""
+    try:
+        import cv2  # noqa: F401
+    except ImportError:
+        return False
+    return True
 
 
 def opencv_similarities(

@@ -13,8 +13,9 @@ def accuracy(steps: pd.DataFrame, lost_above_m: Mapping[str, float]) -> Figures:
 
     Errors are taken over all steps with an estimate, mere predictions included;
     `smoothed_error_mean_m` over those that a smoother looked at again. A target
-    is lost if the error of its last estimate is above its limit, or if no
-    estimate of it ever rested on a measurement.
+    is lost if the error of its last estimate is above its limit, if the tracker
+    itself has given it up at the end, or if no estimate of it ever rested on a
+    measurement.
 
     Parameters
     ----------
@@ -43,7 +44,8 @@ def _lost_fraction(steps: pd.DataFrame, lost_above_m: Mapping[str, float]) -> fl
         return None
     limits_m = np.array([lost_above_m[target] for target in targets])
     made = steps.dropna(subset=["error_m"]).sort_values("step", kind="stable")
-    last = made.drop_duplicates("target", keep="last").set_index("target")["error_m"]
-    kept = last.reindex(targets).to_numpy(np.float64) <= limits_m
+    last = made.drop_duplicates("target", keep="last").set_index("target")
+    kept = last["error_m"].reindex(targets).to_numpy(np.float64) <= limits_m
+    kept &= (last["kind"].reindex(targets) != "lost").to_numpy(np.bool_)
     measured = np.isin(targets, steps.loc[steps["kind"] == "update", "target"].unique().astype(str))
     return float(np.mean(~(kept & measured)))

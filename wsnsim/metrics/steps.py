@@ -46,9 +46,9 @@ def steps_table(
     the target, `pixel_share` the mean of its share of their images, and
     `reprojection_px` the mean over them of the distance in the image between
     the true and the estimated position (a camera that has the estimate behind
-    it is left out), `orientation_error_deg` the angle of the turn between true
-    and estimated orientation, `smoothed_error_m` the distance of a smoother's
-    last revision
+    it is left out, and none counts more than its image's diagonal),
+    `orientation_error_deg` the angle of the turn between true and estimated
+    orientation, `smoothed_error_m` the distance of a smoother's last revision
     """
     instants = np.unique(truth["time_s"].to_numpy(np.float64))
     frame = truth[["time_s", "target", *_STATE]].rename(columns=_prefixed("truth"))
@@ -169,5 +169,6 @@ def _reprojection_px(seen: pd.DataFrame, cameras: Mapping[NodeId, PinholeCamera]
         rows: BoolArray = (seen["camera"] == name).to_numpy(np.bool_)
         true_px, _ = camera.project(true_m[rows])
         believed_px, _ = camera.project(believed_m[rows])
-        distances[rows] = np.linalg.norm(believed_px - true_px, axis=1)
+        apart = np.linalg.norm(believed_px - true_px, axis=1)
+        distances[rows] = np.minimum(apart, np.hypot(*camera.resolution_px))
     return distances

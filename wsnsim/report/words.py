@@ -120,6 +120,8 @@ def _lost(context: ReportContext) -> str:
     kept = "tracked to the end" if tracked else "not lost"
     limit = length(context.lost_above_m)
     if targets == 1:
+        if lost and (at_end["kind"] == "lost").any():
+            return "The target was lost: the tracker itself had given it up at the end."
         fate, side = ("lost", "above") if lost else (kept, "below")
         return f"The target was {fate}: the error of its last estimate was {side} {limit}."
     if lost:
@@ -280,6 +282,8 @@ def _blindness(context: ReportContext) -> list[str]:
     if len(steps) == 0 or context.summary["unmeasured_steps"] != len(steps):
         return []
     seen = "" if steps["participating"].any() else " No camera saw a target at any step."
+    if steps["error_m"].isna().all():
+        return [f"Nothing was measured, and no estimate was made.{seen}"]
     return [
         f"Nothing was measured.{seen} Every estimate is dead reckoning from the start that the scenario "
         "gives; its error says nothing of the tracker."

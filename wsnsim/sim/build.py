@@ -30,8 +30,11 @@ from wsnsim.systems.base import Belief, Role, Send, Site, TrackedTarget
 from wsnsim.types import NodeId
 from wsnsim.vision.album import View, read_album
 from wsnsim.vision.portrait import Studio
+from wsnsim.world.bodies import Body
 from wsnsim.world.world import World
 
+_PORTRAIT_AREA_PX = 100.0
+"""A histogram of 110 bins from fewer pixels is mostly empty."""
 _PORTRAIT_PX = 640
 """Longest side of the pictures a reference model is learned from; those of larger cameras are scaled down."""
 
@@ -126,10 +129,15 @@ def _album(target: Target) -> tuple[View, ...]:
 def _tracked_targets(
     scenario: Scenario, world: World, albums: Mapping[str, tuple[View, ...]], streams: RandomStreams
 ) -> tuple[TrackedTarget, ...]:
-    """Tell the system where targets start, and let it take pictures from as far as the cameras will be."""
-    first = scenario.cameras[0]
-    shrink = min(1.0, _PORTRAIT_PX / max(first.resolution_px))
-    width, height = (round(shrink * side) for side in first.resolution_px)
+    """Tell the system where targets start, and let it take pictures as the cameras will.
+
+    Of cameras that differ, the one of middling focal length lends its lens and
+    sensor to the portraits, whatever its place in the list.
+    """
+    typical = sorted(scenario.cameras, key=focal_length_px)[(len(scenario.cameras) - 1) // 2]
+    shrink = min(1.0, _PORTRAIT_PX / max(typical.resolution_px))
+    width, height = (round(shrink * side) for side in typical.resolution_px)
+    noise_sd = float(np.median([camera.noise_sd for camera in scenario.cameras]))
     tracked = []
     for target, pose in zip(world.targets, world.at(0.0), strict=True):
         distances = [float(np.linalg.norm(pose.position - camera.position_m)) for camera in scenario.cameras]
@@ -138,10 +146,10 @@ def _tracked_targets(
             orientation=pose.orientation,
             light=world.light,
             ambient=world.ambient,
-            focal_px=shrink * focal_length_px(first),
+            focal_px=shrink * focal_length_px(typical),
             resolution_px=(width, height),
-            distance_m=max(float(np.median(distances)), 3.0 * float(target.body.semi_axes_m.max())),
-            noise_sd=first.noise_sd,
+            distance_m=_portrait_distance_m(target.body, distances, shrink * focal_length_px(typical)),
+            noise_sd=noise_sd,
             streams=streams,
             name=target.id,
         )
@@ -150,6 +158,14 @@ def _tracked_targets(
             TrackedTarget(target.id, target.body.semi_axes_m, start, studio.portrait, albums[target.id])
         )
     return tuple(tracked)
+
+
+def _portrait_distance_m(body: Body, distances_m: list[float], focal_px: float) -> float:
+    """Return the middling distance of the cameras, or less where the target would be too small there."""
+    radius_m = float(np.cbrt(np.prod(body.semi_axes_m)))
+    farthest_m = focal_px * radius_m / float(np.sqrt(_PORTRAIT_AREA_PX / np.pi))
+    nearest_m = 3.0 * float(body.semi_axes_m.max())
+    return max(min(float(np.median(distances_m)), farthest_m), nearest_m)
 
 
 def _power(clock: Clock, node: PlacedNode, loaded: LoadedScenario) -> NodePower:

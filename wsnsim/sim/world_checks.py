@@ -7,7 +7,10 @@ import numpy as np
 from wsnsim.scenario.faults import Fault, KeyPath, path_text, quoted
 from wsnsim.scenario.load import LoadedScenario
 from wsnsim.scenario.schema_motion import Motion, Waypoints
-from wsnsim.types import FloatArray, IntArray
+from wsnsim.types import BoolArray, FloatArray, IntArray, Seconds
+from wsnsim.world.motion import Motion as PathMotion
+from wsnsim.world.motion import Spinning, TimedPath
+from wsnsim.world.motion import Waypoints as WaypointPath
 from wsnsim.world.solids import contains
 from wsnsim.world.world import Placed, Target, World
 
@@ -42,6 +45,7 @@ def world_faults(
     faults = [*_buried_nodes(loaded, world)]
     for path, motion, mover in movers:
         faults += _buried_start(world, path, mover)
+        faults += _swallowed_cameras(loaded, path, mover)
         if loaded.scenario.world.leaving == "error" and motion.kind not in _STAYS:
             faults += _leaving(loaded, path, motion, mover)
     return faults
@@ -71,15 +75,30 @@ def _buried_start(world: World, path: KeyPath, mover: Target) -> Iterator[Fault]
         )
 
 
+def _swallowed_cameras(loaded: LoadedScenario, path: KeyPath, mover: Target) -> Iterator[Fault]:
+    """Find cameras inside a mover at the start: they would look through it."""
+    cameras = loaded.scenario.cameras
+    swallowed = contains(
+        mover.body, mover.motion.at(0.0), np.array([camera.position_m for camera in cameras])
+    )
+    for camera, inside in zip(cameras, swallowed, strict=True):
+        if inside:
+            place = _written(np.array(camera.position_m))
+            yield Fault(path, f"must start away from the cameras, got {quoted(camera.id)} inside, at {place}")
+
+
 def _leaving(loaded: LoadedScenario, path: KeyPath, motion: Motion, mover: Target) -> Iterator[Fault]:
     """Find the first image at whose instant the mover is outside."""
     scenario = loaded.scenario
     size = np.array(scenario.world.size_m)
     rate_hz = scenario.cameras[0].rate_hz
     steps = int(scenario.duration_s * rate_hz * (1 + 1e-12))
+    # a room is convex: who goes straight from one place inside to the next stays inside
+    if not _outside(_corners(mover.motion, steps / rate_hz), size).any():
+        return
     for step in range(steps + 1):
         place = mover.motion.at(step / rate_hz).position
-        if ((place < -_ROUNDING_M) | (place > size + _ROUNDING_M)).any():
+        if _outside(place[np.newaxis], size).any():
             drawn = isinstance(motion, Waypoints) and motion.jitter_m > 0.0
             by = f" with seed {scenario.seed}" if drawn else ""
             must = f"must stay inside the world's size_m {list(scenario.world.size_m)}"
@@ -87,6 +106,20 @@ def _leaving(loaded: LoadedScenario, path: KeyPath, motion: Motion, mover: Targe
             hint = "change motion or size_m, or set world.leaving: allow"
             yield Fault(path, f"{must}, but {found}; {hint}")
             return
+
+
+def _corners(motion: PathMotion, end: Seconds) -> FloatArray:
+    """Return places (n, 3) between which a mover goes straight until `end` [s]."""
+    if isinstance(motion, Spinning):
+        return _corners(motion.motion, end)
+    if isinstance(motion, WaypointPath | TimedPath):
+        return motion.points
+    return np.array([motion.at(0.0).position, motion.at(end).position])
+
+
+def _outside(places: FloatArray, size: FloatArray) -> BoolArray:
+    """Tell which coordinates of places (n, 3) are outside a room, (n, 3)."""
+    return np.asarray((places < -_ROUNDING_M) | (places > size + _ROUNDING_M), dtype=np.bool_)
 
 
 def _inside(world: World, number: int) -> str:

@@ -35,6 +35,8 @@ LEAST_VIEWS = 6
 _NUMBERS = ("x_m", "y_m", "z_m", "focal_px")
 _COLUMNS = ("file", *_NUMBERS)
 _ROLL = "roll_deg"
+_SAME_SIDE = cos(radians(10.0))
+"""Cosine above which two pictures show the same side."""
 _LEAST_AREA_PX = 100.0
 """A histogram of 110 bins from fewer pixels is mostly empty."""
 _MOST_PIXELS = 1920 * 1080
@@ -83,9 +85,13 @@ def read_album(
     if len(views) < least_views:
         message = f"must hold at least {least_views} pictures from different sides, got {len(views)}"
         problems.append(Problem("", message, file, header.line, 1))
+    taken = tuple(view for view in views if view is not None)
+    if not problems and _sides(taken) < least_views:
+        message = f"must hold pictures from at least {least_views} sides, got {_sides(taken)} of them"
+        problems.append(Problem("", message, file, header.line, 1))
     if problems:
         fail(problems)
-    return tuple(view for view in views if view is not None)
+    return taken
 
 
 def album_pictures(path: Path | str) -> tuple[Path, ...]:
@@ -136,6 +142,15 @@ def write_album(portraits: Sequence[Portrait], folder: Path | str) -> Path:
         writer.writerow(("file", "x_m", "y_m", "z_m", _ROLL, "focal_px"))
         writer.writerows(rows)
     return table
+
+
+def _sides(views: tuple[View, ...]) -> int:
+    """Count the directions that are no repetition of an earlier one."""
+    sides: list[FloatArray] = []
+    for view in views:
+        if all(float(view.direction @ side) < _SAME_SIDE for side in sides):
+            sides.append(view.direction)
+    return len(sides)
 
 
 def _columns(header: Row, file: Path) -> dict[str, int]:

@@ -137,7 +137,9 @@ def _open(path: Path) -> "InputContainer":
     try:
         import av
     except ImportError as error:
-        raise ValueError(f"a film as background needs PyAV, which is not installed: {_INSTALL}") from error
+        raise ValueError(
+            f"a film as background needs PyAV, which cannot be imported ({error}): {_INSTALL}"
+        ) from error
     try:
         container = av.open(str(path))
     except OSError as error:
