@@ -48,9 +48,9 @@ endif
 
 # The README's picture: the report of the demo as a browser shows it (needs chromium).
 picture: run
-	chromium --headless --no-sandbox --disable-gpu --hide-scrollbars --window-size=1280,3900 \
+	chromium --headless --no-sandbox --disable-gpu --hide-scrollbars --window-size=1280,5200 \
 		--virtual-time-budget=8000 --screenshot=runs/quickstart/page.png \
 		"file://$(CURDIR)/runs/quickstart/report.html"
 	$(BIN)/python -c "from PIL import Image; \
-		Image.open('runs/quickstart/page.png').convert('RGB').crop((80, 1225, 1200, 2725)) \
-		.resize((840, 1125)).quantize(192).save('reports/quickstart.png', optimize=True)"
+		Image.open('runs/quickstart/page.png').convert('RGB').crop((80, 1310, 1200, 3590)) \
+		.resize((700, 1425)).quantize(160).save('reports/quickstart.png', optimize=True)"

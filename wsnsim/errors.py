@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 
 class WsnsimError(Exception):
@@ -40,6 +41,10 @@ class ScenarioError(WsnsimError):
         self.problems = tuple(problems)
         super().__init__("\n".join(str(problem) for problem in self.problems))
 
+    def __reduce__(self) -> tuple[type[Self], tuple[tuple[Problem, ...]]]:
+        """Let the error come back whole from another process."""
+        return type(self), (self.problems,)
+
 
 class SimulationError(WsnsimError):
     """A run that failed, with the simulated time and the node."""
@@ -49,7 +54,12 @@ class SimulationError(WsnsimError):
         self.node = node
         where = "" if time_s is None else f"t = {time_s:.6f} s: "
         where += "" if node is None else f"node {node!r}: "
+        self._message = message
         super().__init__(where + message)
+
+    def __reduce__(self) -> tuple[type[Self], tuple[str, float | None, str | None]]:
+        """Let the error come back whole from another process."""
+        return type(self), (self._message, self.time_s, self.node)
 
 
 class OutputError(WsnsimError):

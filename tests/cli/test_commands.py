@@ -186,7 +186,7 @@ def test_usage_errors_are_exit_code_2(arguments: tuple[str, ...], says: str, tmp
 
 @pytest.mark.parametrize(
     ("number", "records"),
-    [(signal.SIGINT, 20_000), (signal.SIGINT, 90_000), (signal.SIGINT, 160_000), (signal.SIGTERM, 50_000)],
+    [(signal.SIGINT, 120_000), (signal.SIGINT, 200_000), (signal.SIGINT, 280_000), (signal.SIGTERM, 150_000)],
 )
 def test_a_run_that_is_stopped_says_so_and_keeps_its_records(
     scenario: Path, tmp_path: Path, number: signal.Signals, records: int

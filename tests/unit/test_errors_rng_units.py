@@ -24,6 +24,15 @@ def test_errors_carry_all_their_problems_and_places() -> None:
     assert str(SimulationError("broke", 1.5, "c1")) == "t = 1.500000 s: node 'c1': broke"
 
 
+def test_errors_come_back_whole_from_another_process() -> None:
+    from pickle import dumps, loads
+
+    error = loads(dumps(ScenarioError([Problem("a", "one", Path("s.yaml"), 3)])))
+    assert error.problems == (Problem("a", "one", Path("s.yaml"), 3),)
+    failed = loads(dumps(SimulationError("broke", 1.5, "c1")))
+    assert (str(failed), failed.time_s, failed.node) == ("t = 1.500000 s: node 'c1': broke", 1.5, "c1")
+
+
 def test_streams_are_the_documented_generators() -> None:
     """Anybody can make the same numbers: SeedSequence(seed, spawn_key=(crc32(name), ids))."""
     from zlib import crc32
