@@ -8,9 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from wsnsim.errors import ScenarioError
 from wsnsim.geometry.camera import PinholeCamera
 from wsnsim.geometry.rotations import quaternion_from_axis_angle
 from wsnsim.messages.search import SightingPayload
+from wsnsim.scenario.load import load_scenario, scenario_from_dict
+from wsnsim.sim.build import build
 from wsnsim.systems.multiview.params import MultiviewParams, TrackLoss
 from wsnsim.systems.multiview.search import Found, find, meeting_point
 from wsnsim.systems.multiview.sight import look
@@ -225,3 +228,12 @@ def test_found_and_met_the_target_is_where_it_is() -> None:
         met = meeting_point(said, CAMERAS, TOLERANCE_M, rule.searching.cameras_min)
         assert met is not None
         assert np.linalg.norm(met[0] - place) < 0.2
+
+
+def test_an_automatic_start_that_cannot_happen_is_refused(scenarios) -> None:  # type: ignore[no-untyped-def]
+    """With the default two sightings have to meet; one camera alone would look for ever."""
+    path = scenarios / "published" / "multiview_setup_a.yaml"
+    (first, *_) = load_scenario(path).scenario.model_dump(mode="json")["cameras"]
+    whole = load_scenario(path, ("system.start=automatic",)).scenario.model_dump(mode="json")
+    with pytest.raises(ScenarioError, match=r"cameras_min: must be at most the number of cameras, 1"):
+        build(scenario_from_dict({**whole, "cameras": [first]}))

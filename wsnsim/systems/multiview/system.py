@@ -3,6 +3,7 @@
 from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
+from wsnsim.errors import Problem, ScenarioError
 from wsnsim.messages.search import SearchPayload, SightingPayload
 from wsnsim.messages.state import StatePayload
 from wsnsim.messages.weights import WeightsPayload
@@ -24,6 +25,19 @@ def _models(site: Site, colour_space: Literal["hsv", "hs"]) -> "tuple[ReferenceM
     return tuple(learn(target, features) for target in site.targets)
 
 
+def _check_start(params: MultiviewParams, site: Site) -> None:
+    """Make sure that an automatic start can happen at all.
+
+    Raises
+    ------
+    ScenarioError : more cameras have to agree than there are
+    """
+    needed, present = params.searching.cameras_min, len(site.cameras)
+    if params.start == "automatic" and needed > present:
+        message = f"must be at most the number of cameras, {present}, where start is automatic, got {needed}"
+        raise ScenarioError([Problem("system.loss.cameras_min", message)])
+
+
 def make_program(params: MultiviewParams, site: Site, node: NodeId, role: Role) -> Program:
     """Return what runs on `node`; all motes share one reference model, learned before the run."""
     # compiled kernels come in with the trackers: a scenario is checked without them
@@ -31,6 +45,7 @@ def make_program(params: MultiviewParams, site: Site, node: NodeId, role: Role) 
     from wsnsim.systems.multiview.t0_camera import T0Camera
 
     if role is Role.BASE:
+        _check_start(params, site)
         return T0Base(params, site)
     if role is Role.CAMERA:
         return T0Camera(params, site, node, _models(site, params.colour_space))
