@@ -147,10 +147,13 @@ def test_shorter_numbers_are_as_good(runs: list[Run], setup_b: Path, encoding: s
 
 
 def test_setup_c_is_b_with_clutter(runs: list[Run], scenarios: Path) -> None:
-    """The same paths and pixel shares; decoys in its colours and noise cost accuracy, not the target."""
+    """The same paths and pixel shares; decoys in its colours and noise cost accuracy, not the target.
+
+    The error over 15 seeds is 0.084 m (sd 0.040); the bound is the mean plus five standard errors of five.
+    """
     cluttered = runs_of(scenarios / "published" / "multiview_setup_c.yaml", seeds=range(5))
     for plain, hard in zip(runs, cluttered, strict=False):
         same = ["step", "truth_x_m", "truth_y_m", "truth_z_m", "participating", "pixel_share"]
         pd.testing.assert_frame_equal(plain.steps[same], hard.steps[same])
     assert over(cluttered, "lost_fraction").sum() == 0
-    assert over(cluttered, "position_error_mean_m").mean() < 0.15
+    assert over(cluttered, "position_error_mean_m").mean() < 0.084 + 5 * 0.040 / sqrt(5)

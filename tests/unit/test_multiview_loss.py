@@ -150,23 +150,41 @@ def test_the_cameras_are_told_again_every_second() -> None:
     np.testing.assert_allclose(np.diff([when for when, _ in told]), 1.0)
 
 
-def test_sightings_that_meet_begin_a_track() -> None:
+def test_sightings_that_meet_twice_begin_a_track() -> None:
+    """The first meeting tells the place, the second the velocity."""
     base, last = given_up(smoothing_scans=0)
-    place = CENTRE + [0.5, -0.4, 0.2]
+    timer, place, moved = last.timers[0], CENTRE + [0.5, -0.4, 0.2], np.array([0.2, 0.1, 0.0])
     for node in PAIR:
         assert give(base, node, sighting(node, 5, place), 1.3) == Step()
-    done = base.on_timer(at(last.timers[0].at), last.timers[0].key)
+    first = base.on_timer(at(timer.at), timer.key)
+    assert first.notes == ()
+    assert [estimate.basis for estimate in first.estimates] == [Basis.LOST]
+    for node in PAIR:
+        assert give(base, node, sighting(node, 6, place + moved), 1.6) == Step()
+    (timer,) = first.timers
+    done = base.on_timer(at(timer.at), timer.key)
     assert [note.kind for note in done.notes] == ["track_started"]
     assert "c1, c2" in done.notes[0].detail
     (found,) = done.estimates
-    assert (found.time, found.basis, found.heard) == (1.25, Basis.UPDATE, 2)
-    np.testing.assert_allclose(found.belief.position, place, atol=1e-9)
+    assert (found.time, found.basis, found.heard) == (1.5, Basis.UPDATE, 2)
+    np.testing.assert_allclose(found.belief.position, place + moved, atol=1e-9)
+    np.testing.assert_allclose(found.belief.velocity, 4.0 * moved, atol=1e-8)
     (state,) = payloads(done)
     assert isinstance(state, StatePayload)
-    assert state.step == 6
-    np.testing.assert_allclose(state.position, place, atol=1e-9)
+    assert state.step == 7
+    np.testing.assert_allclose(state.position, place + moved, atol=1e-9)
     # and the track goes on as any other
-    assert [estimate.basis for estimate in measured(base, 6, (0.95, 0.95)).estimates] == [Basis.UPDATE]
+    assert [estimate.basis for estimate in measured(base, 7, (0.95, 0.95)).estimates] == [Basis.UPDATE]
+
+
+def test_a_second_meeting_needs_images_after_the_first() -> None:
+    base, last = given_up()
+    timer = last.timers[0]
+    for node in PAIR:
+        give(base, node, sighting(node, 5), 1.3)
+    (timer,) = base.on_timer(at(timer.at), timer.key).timers
+    assert [note.kind for note in give(base, "c1", sighting("c1", 5), 1.55).notes] == ["sighting_late"]
+    assert base.on_timer(at(timer.at), timer.key).notes == ()
 
 
 def test_one_sighting_or_rays_that_pass_each_other_begin_nothing() -> None:
@@ -184,24 +202,25 @@ def test_sightings_of_motes_that_search_for_longer_than_a_frame_still_count() ->
     """A 416 MHz mote takes 0.9 s for an image; meanwhile the base station's steps go on."""
     base, last = given_up(smoothing_scans=0)
     timer = last.timers[0]
-    for step in (5, 6, 7):
-        (timer,) = base.on_timer(at(timer.at), timer.key).timers
-        assert timer.key == f"0:{step + 1}"
-    for node in PAIR:
-        assert give(base, node, sighting(node, 5), 2.1) == Step()
-    done = base.on_timer(at(timer.at), timer.key)
+    for seen, arrived in ((5, 8), (9, 12)):
+        while timer.key != f"0:{arrived}":
+            (timer,) = base.on_timer(at(timer.at), timer.key).timers
+        for node in PAIR:
+            assert give(base, node, sighting(node, seen), arrived / 4 + 0.1) == Step()
+        done = base.on_timer(at(timer.at), timer.key)
+        timer = done.timers[0]
     assert [note.kind for note in done.notes] == ["track_started"]
     assert [(e.time, e.basis) for e in done.estimates] == [
-        (1.25, Basis.UPDATE),
-        (1.5, Basis.SKIPPED),
-        (1.75, Basis.SKIPPED),
-        (2.0, Basis.SKIPPED),
+        (2.25, Basis.UPDATE),
+        (2.5, Basis.SKIPPED),
+        (2.75, Basis.SKIPPED),
+        (3.0, Basis.SKIPPED),
     ]
     widths = [np.trace(estimate.cov) for estimate in done.estimates]
     assert (np.diff(widths) > 0).all()
     (state,) = payloads(done)
     assert isinstance(state, StatePayload)
-    assert state.step == 9
+    assert state.step == 13
 
 
 def test_a_sighting_too_old_to_say_anything_is_late() -> None:
@@ -237,10 +256,12 @@ def test_an_automatic_start_is_a_search_from_the_first_step() -> None:
     (timer,) = first.timers
     done = base.on_timer(at(timer.at), timer.key)
     assert done.estimates == ()  # nobody knows anything of the target yet
-    give(base, "c1", sighting("c1", 2), 0.55)
-    give(base, "c2", sighting("c2", 2), 0.55)
-    (timer,) = done.timers
-    assert [note.kind for note in base.on_timer(at(timer.at), timer.key).notes] == ["track_started"]
+    for step, notes in ((2, []), (3, ["track_started"])):
+        (timer,) = done.timers
+        for node in PAIR:
+            give(base, node, sighting(node, step), step / 4 + 0.05)
+        done = base.on_timer(at(timer.at), timer.key)
+        assert [note.kind for note in done.notes] == notes
 
 
 def test_a_search_that_finds_nothing_ends_with_the_run() -> None:

@@ -77,3 +77,8 @@ class Scenario(Part):
     expect: dict[str, ComparisonText] = Field(
         default_factory=dict, description='figures of the summary and what they must be, such as "< 0.12"'
     )
+
+    @property
+    def steps(self) -> int:
+        """Number of the last tracking step; despite rounding the last of whole periods counts."""
+        return int(self.duration_s * self.cameras[0].rate_hz * (1 + 1e-12))

@@ -54,8 +54,7 @@ def build(loaded: LoadedScenario) -> Simulation:
     env, outlet = simpy.Environment(), Outlet()
     clock = Clock(env)
     rate_hz = scenario.cameras[0].rate_hz
-    # a duration that is a whole number of periods keeps its last frame despite rounding
-    steps = int(scenario.duration_s * rate_hz * (1 + 1e-12))
+    steps = scenario.steps
     faults = _Faults()
     with faults.gathered():
         tree = build_tree(loaded, positions)

@@ -92,7 +92,7 @@ def _leaving(loaded: LoadedScenario, path: KeyPath, motion: Motion, mover: Targe
     scenario = loaded.scenario
     size = np.array(scenario.world.size_m)
     rate_hz = scenario.cameras[0].rate_hz
-    steps = int(scenario.duration_s * rate_hz * (1 + 1e-12))
+    steps = scenario.steps
     # a room is convex: who goes straight from one place inside to the next stays inside
     if not _outside(_corners(mover.motion, steps / rate_hz), size).any():
         return

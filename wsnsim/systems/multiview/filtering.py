@@ -17,7 +17,7 @@ _START_POSITION_SD_M = 0.01
 _START_VELOCITY_SD_MPS = 0.1
 """A manual initialisation is never exact; the filter starts with these at least."""
 _FOUND_VELOCITY_SD_MPS = 1.5
-"""A target that is found walks, or stands."""
+"""No less is known of a target that walks, or stands."""
 
 
 def start(belief: Belief, error: InitialError) -> Gaussian:
@@ -28,10 +28,18 @@ def start(belief: Belief, error: InitialError) -> Gaussian:
     return Gaussian(mean, np.diag([position_sd**2] * 3 + [velocity_sd**2] * 3))
 
 
-def appear(place: FloatArray, position_sd: float) -> Gaussian:
-    """Return the filter's belief (6,) of a target that was just found at `place` (3,), at rest or not."""
-    mean = np.concatenate([place, np.zeros(3)])
-    return Gaussian(mean, np.diag([position_sd**2] * 3 + [_FOUND_VELOCITY_SD_MPS**2] * 3))
+def appear(place: FloatArray, velocity: FloatArray, position_sd: float, apart: Seconds) -> Gaussian:
+    """Return the filter's belief (6,) of a target that was just found.
+
+    Parameters
+    ----------
+    place, velocity : (3,) [m], (3,) [m/s] from two places
+    position_sd : of each place, each axis [m]
+    apart : time between them [s]
+    """
+    velocity_sd = min(np.sqrt(2.0) * position_sd / apart, _FOUND_VELOCITY_SD_MPS)
+    variances = np.array([position_sd**2] * 3 + [velocity_sd**2] * 3)
+    return Gaussian(np.concatenate([place, velocity]), np.diag(variances))
 
 
 def advance(state: Gaussian, dt: Seconds, acceleration_sd: float) -> Gaussian:

@@ -11,7 +11,7 @@ Kushwaha & Koutsoukos 2013, Algorithm 1, in the mended form. One step k:
 
 Every message carries its step; weights of another step are not mixed in. A track that
 the images no longer bear out is given up, and the target looked for until the rays of
-enough cameras meet.
+enough cameras have met twice.
 
 The position and covariance of an update are those of the weighted particles.
 A sharpened Bhattacharyya coefficient is no calibrated likelihood: in setup A
@@ -106,7 +106,7 @@ class T0Base:
             return Step(notes=(Note(f"{payload.kind}_refused", f"{source}: is no camera"),))
         track = self._tracks[payload.target]
         if isinstance(payload, SightingPayload):
-            if isinstance(track, Quest) and self._fresh(payload, track.step):
+            if isinstance(track, Quest) and self._wanted(payload, track):
                 track.sightings[source] = payload
                 return Step()
         elif isinstance(track, Track) and payload.step == track.step:
@@ -191,45 +191,47 @@ class T0Base:
             sends=(Send(Scope.TREE, SearchPayload(number, step)),), timers=(self._collected(number, step),)
         )
 
-    def _fresh(self, sighting: SightingPayload, step: int) -> bool:
-        """Tell whether a sighting still says something at a step: slow motes search for several frames."""
-        return step - sighting.step <= self._params.searching.after_s * self._site.rate_hz
+    def _wanted(self, sighting: SightingPayload, quest: Quest) -> bool:
+        """Tell whether a sighting is recent, and of an image after those that met before."""
+        return self._recent(sighting.step, quest.step) and (quest.met is None or sighting.step > quest.met[0])
+
+    def _recent(self, seen: int, step: int) -> bool:
+        """Tell whether what was seen still says something at a step: slow motes search for several frames."""
+        return step - seen <= self._params.searching.after_s * self._site.rate_hz
 
     def _meet(self, quest: Quest, now: Seconds) -> Step:
-        """Begin a track where the cameras' last sightings meet; else go on looking."""
+        """Take where the cameras' last sightings meet; the second such place begins a track."""
         target, loss = self._site.targets[quest.number], self._params.searching
         work = Work(float_ops=_MEET_FLOATS * len(quest.sightings) ** 2)
-        tolerance_m = float(target.semi_axes_m.max())
-        met = meeting_point(quest.sightings, self._site.cameras, tolerance_m, loss.cameras_min)
-        if met is None:
+        reach_m = float(target.semi_axes_m.max())
+        meeting = meeting_point(quest.sightings, self._site.cameras, reach_m, loss.cameras_min)
+        if meeting is None:
             return _together(Step(work=work), self._go_on(quest))
-        place, cameras = met
+        place, cameras = meeting
         seen = max(quest.sightings[camera].step for camera in cameras)
-        state = appear(place, tolerance_m)
+        if quest.met is None or not self._recent(quest.met[0], seen):
+            # a second meeting must rest on other images
+            again = replace(quest, met=(seen, place), sightings={})
+            return _together(Step(work=work), self._go_on(again))
+        apart = (seen - quest.met[0]) / self._site.rate_hz
+        state = appear(place, (place - quest.met[1]) / apart, 0.5 * reach_m, apart)
         orientation = target.start.orientation if quest.last is None else quest.last.belief.orientation
-        found = TrackEstimate(
-            time=seen / self._site.rate_hz,
-            track=target.id,
-            belief=Belief(place, np.zeros(3), orientation),
-            cov=position_cov(state),
-            basis=Basis.UPDATE,
-            asked=len(self._site.cameras),
-            heard=len(cameras),
-        )
-        note = Note("track_started", f"{target.id}: seen by {', '.join(cameras)}")
-        upcoming, estimates = next_step(self._site, seen, now), [found]
-        for step in range(seen + 1, min(upcoming, self._site.steps + 1)):
-            state = advance(state, 1.0 / self._site.rate_hz, self._params.acceleration_sd_mps2)
+        upcoming, estimates = next_step(self._site, seen, now), []
+        for step in range(seen, min(upcoming, self._site.steps + 1)):
+            if step > seen:
+                state = advance(state, 1.0 / self._site.rate_hz, self._params.acceleration_sd_mps2)
             estimates.append(
-                replace(
-                    found,
+                TrackEstimate(
                     time=step / self._site.rate_hz,
+                    track=target.id,
+                    belief=Belief(state.mean[:3], state.mean[3:], orientation),
                     cov=position_cov(state),
-                    basis=Basis.SKIPPED,
-                    asked=0,
-                    heard=0,
+                    basis=Basis.UPDATE if step == seen else Basis.SKIPPED,
+                    asked=len(self._site.cameras) if step == seen else 0,
+                    heard=len(cameras) if step == seen else 0,
                 )
             )
+        note = Note("track_started", f"{target.id}: seen by {', '.join(cameras)}")
         done = Step(work=work, estimates=tuple(estimates), notes=(note,))
         if upcoming > self._site.steps:
             quest.step = upcoming
@@ -249,9 +251,11 @@ class T0Base:
             quest.step = step
             return Step(estimates=held)
         again = step - quest.asked_at >= _REPEAT_S * rate_hz
-        fresh = {node: sighting for node, sighting in quest.sightings.items() if self._fresh(sighting, step)}
+        recent = {
+            node: sighting for node, sighting in quest.sightings.items() if self._recent(sighting.step, step)
+        }
         asked_at = step if again else quest.asked_at
-        self._tracks[quest.number] = Quest(quest.number, step, asked_at, quest.last, fresh)
+        self._tracks[quest.number] = replace(quest, step=step, asked_at=asked_at, sightings=recent)
         sends = (Send(Scope.TREE, SearchPayload(quest.number, step)),) if again else ()
         return Step(sends=sends, timers=(self._collected(quest.number, step),), estimates=held)
 

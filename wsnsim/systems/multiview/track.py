@@ -10,7 +10,7 @@ from wsnsim.systems.base import TrackEstimate
 from wsnsim.systems.multiview.history import History
 from wsnsim.systems.multiview.orientation import Attitude
 from wsnsim.systems.multiview.proposal import Proposal
-from wsnsim.types import NodeId, Seconds
+from wsnsim.types import FloatArray, NodeId, Seconds
 
 
 @dataclass
@@ -56,6 +56,7 @@ class Quest:
     asked_at : step at which the cameras were last told to look
     last : where a track ended; None where there was none
     sightings : the last of each camera that has one
+    met : step and place (3,) [m] where sightings met before; a second meeting tells the velocity
     """
 
     number: int
@@ -63,3 +64,4 @@ class Quest:
     asked_at: int
     last: TrackEstimate | None
     sightings: dict[NodeId, SightingPayload] = field(default_factory=dict)
+    met: tuple[int, FloatArray] | None = None
