@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation, Slerp
@@ -41,6 +41,8 @@ def test_legs_by_hand(time, position, velocity):
     st.floats(0.0, 1.0),
 )
 def test_speed_is_constant_and_the_path_is_on_time(points, speed, share):
+    # of a leg that is shorter than the rounding of its ends nobody can tell the speed
+    assume((np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-6).all())
     motion = Waypoints(points, speed)
     arrival = motion.length_m / speed
     time = share * arrival
