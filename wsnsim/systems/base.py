@@ -6,10 +6,10 @@ program never waits, never sends and never reads a clock by itself, so that it
 can be tested without a network and run over any.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar, runtime_checkable
 
 from pydantic import BaseModel
 
@@ -43,6 +43,14 @@ class Scope(Enum):
 
 
 @dataclass(frozen=True)
+class GroupKey:
+    """Messages that may be aggregated on their way to the base station: those of one tracking step."""
+
+    epoch: int
+    """The step."""
+
+
+@dataclass(frozen=True)
 class Send:
     """A message to hand to the network."""
 
@@ -50,6 +58,9 @@ class Send:
     payload: Payload
     expires: Seconds | None = None
     """Time after which nobody wants it: what is unsent then is dropped."""
+    group: GroupKey | None = None
+    """Where it is named, the message goes to the base station and every relay on its way may fuse it with
+    others of the group; the program must be an `Aggregator`."""
 
 
 @dataclass(frozen=True)
@@ -157,6 +168,37 @@ class Program(Protocol):
 
     def on_timer(self, ctx: Context, key: str) -> Step:
         """React to a timer set earlier."""
+
+
+@dataclass(frozen=True)
+class Aggregate:
+    """What a relay makes of the messages of a group: one payload, or none, and the work it took."""
+
+    payload: Payload | None
+    work: Work = field(default_factory=Work)
+
+
+@runtime_checkable
+class Aggregator(Protocol):
+    """A program that fuses what passes its node; at a camera that relays its own message is a part too."""
+
+    def due(self, group: GroupKey) -> Seconds:
+        """Return by when the base station wants the messages of a group."""
+
+    def usual(self) -> tuple[int, Work]:
+        """Return the size [bytes] of an aggregate and the work of making one, as a rule: the network plans by it."""
+
+    def awaits(self, group: GroupKey, parts: Sequence[Received], below: frozenset[NodeId]) -> bool:
+        """Tell whether more may come.
+
+        Parameters
+        ----------
+        parts : what is here
+        below : the node itself and all whose messages pass it
+        """
+
+    def aggregate(self, ctx: Context, group: GroupKey, parts: Sequence[Received]) -> Aggregate:
+        """Fuse messages of one group, each of them once; `parts` is not empty."""
 
 
 @dataclass(frozen=True, eq=False)
