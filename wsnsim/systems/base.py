@@ -186,7 +186,7 @@ class Aggregator(Protocol):
         """Return by when the base station wants the messages of a group."""
 
     def usual(self) -> tuple[int, Work]:
-        """Return the size [bytes] of an aggregate and the work of making one, as a rule: the network plans by it."""
+        """Return the size [bytes] of an aggregate and the work of making one, as a rule."""
 
     def awaits(self, group: GroupKey, parts: Sequence[Received], below: frozenset[NodeId]) -> bool:
         """Tell whether more may come.
