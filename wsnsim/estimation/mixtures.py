@@ -6,12 +6,15 @@ lie far apart have a mass of e⁻⁴⁰⁰, which as a plain number would be not
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from wsnsim.types import FloatArray
+
+_LOG_2_PI = float(np.log(2.0 * np.pi))
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +51,14 @@ class GaussianMixture:
             if not np.isfinite(numbers).all():
                 raise ValueError(f"mixture: {name} must be finite, got {numbers.tolist()}")
         try:
-            np.linalg.cholesky(self.covs)
+            self.roots  # noqa: B018 - the test for positive definiteness, kept for later use
         except np.linalg.LinAlgError as error:
             raise ValueError("mixture: every covariance must be positive definite") from error
+
+    @cached_property
+    def roots(self) -> FloatArray:
+        """Cholesky factors (k, d, d) of the covariances."""
+        return np.asarray(np.linalg.cholesky(self.covs), dtype=np.float64)
 
     @classmethod
     def single(cls, mean: ArrayLike, cov: ArrayLike) -> Self:
@@ -77,6 +85,22 @@ class GaussianMixture:
         """Shares (k,) of the components, which sum to one."""
         return np.asarray(np.exp(self.log_weights - self.log_mass), dtype=np.float64)
 
+    def log_density(self, points: FloatArray) -> FloatArray:
+        """Return the logarithm (n,) of the density at points (n, d), also where the density itself is 0."""
+        return np.asarray(np.logaddexp.reduce(self.log_terms(points), axis=1), dtype=np.float64)
+
+    def log_terms(self, points: FloatArray) -> FloatArray:
+        """Return the logarithms (n, k) of the components' densities at points (n, d), weights included."""
+        whitened = np.linalg.solve(self.roots, points.T[None] - self.means[:, :, None])
+        log_peaks = self.log_weights - _log_root_determinants(self.roots) - 0.5 * self.dimension * _LOG_2_PI
+        return np.asarray(log_peaks[:, None] - 0.5 * (whitened**2).sum(axis=1), dtype=np.float64).T
+
+    def sample(self, count: int, rng: np.random.Generator) -> FloatArray:
+        """Return `count` independent draws (n, d) from the density, taken as of mass 1."""
+        which = rng.choice(self.order, size=count, p=self.weights)
+        normal = rng.standard_normal((count, self.dimension))
+        return np.asarray(self.means[which] + np.einsum("nij,nj->ni", self.roots[which], normal))
+
     def normalised(self) -> Self:
         """Return the same density with mass 1."""
         return replace(self, log_weights=self.log_weights - self.log_mass)
@@ -99,3 +123,8 @@ class GaussianMixture:
         """
         covs = root @ self.covs @ root.T
         return replace(self, means=origin + self.means @ root.T, covs=0.5 * (covs + covs.transpose(0, 2, 1)))
+
+
+def _log_root_determinants(roots: FloatArray) -> FloatArray:
+    """Return log √|P| (k,) from Cholesky factors (k, d, d) of P."""
+    return np.asarray(np.log(np.diagonal(roots, axis1=1, axis2=2)).sum(axis=1), dtype=np.float64)

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from typing import ClassVar, Protocol, Self
 
 from wsnsim.errors import DecodeError
+from wsnsim.messages.batch import BatchPayload
 from wsnsim.messages.header import TAG_MASK
 
 
@@ -34,7 +35,7 @@ class Payload(Protocol):
 
 
 def decode_any(data: bytes, payload_types: Iterable[type[Payload]]) -> Payload:
-    """Decode `data` by its tag.
+    """Decode `data` by its tag; a batch is a message of every system, and its parts are of these types.
 
     Raises
     ------
@@ -42,6 +43,8 @@ def decode_any(data: bytes, payload_types: Iterable[type[Payload]]) -> Payload:
     """
     if not data:
         raise DecodeError("a message must hold at least its tag, got 0 bytes")
+    if data[0] & TAG_MASK == BatchPayload.tag:
+        return BatchPayload.decode(data, payload_types)
     for payload_type in payload_types:
         if payload_type.tag == data[0] & TAG_MASK:
             return payload_type.decode(data)

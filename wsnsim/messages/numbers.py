@@ -20,6 +20,7 @@ ENCODINGS: tuple[Encoding, ...] = ("float64", "float32", "float16", "uint8")
 
 _FLOATS = {"float64": "<f8", "float32": "<f4", "float16": "<f2"}
 _LARGEST_CODE = 127
+_ROUNDING = 1e-9
 _EXPONENT = struct.Struct("<b")
 _SMALLEST_EXPONENT, _LARGEST_EXPONENT = -128, 127
 
@@ -62,10 +63,11 @@ def unpack_floats(data: memoryview, encoding: Encoding) -> FloatArray:
     size = float_bytes(encoding)
     if len(data) % size:
         raise DecodeError(f"numbers: {encoding} takes {size} bytes a number, got {len(data)} bytes")
-    values = np.frombuffer(data, dtype=_FLOATS[encoding]).astype(np.float64)
-    if not np.isfinite(values).all():
+    coded = np.frombuffer(data, dtype=_FLOATS[encoding])
+    # before they are widened: a signalling NaN would do so with a warning
+    if not np.isfinite(coded).all():
         raise DecodeError("numbers: every number must be finite")
-    return values
+    return coded.astype(np.float64)
 
 
 def quantum(values: FloatArray) -> float:
@@ -107,7 +109,14 @@ def unpack_block(data: memoryview, encoding: Encoding) -> FloatArray:
 
 
 def pack_shares(values: FloatArray, encoding: Encoding) -> bytes:
-    """Encode numbers (n,) in [-1, 1]; the 8-bit form has a quantum of 1/127."""
+    """Encode numbers (n,) in [-1, 1]; the 8-bit form has a quantum of 1/127.
+
+    Raises
+    ------
+    EncodeError : a number is outside [-1, 1]
+    """
+    if not (np.abs(values) <= 1.0 + _ROUNDING).all():
+        raise EncodeError(f"encoding: a share must lie between -1 and 1, got {values.tolist()}")
     if encoding != "uint8":
         return pack_floats(values, encoding)
     return np.rint(np.clip(values, -1.0, 1.0) * _LARGEST_CODE).astype(np.int8).tobytes()
@@ -124,6 +133,18 @@ def unpack_shares(data: memoryview, encoding: Encoding) -> FloatArray:
         values = unpack_floats(data, encoding)
     else:
         values = np.frombuffer(data, dtype=np.int8).astype(np.float64) / _LARGEST_CODE
-    if (np.abs(values) > 1.0 + 1e-9).any():
+    if (np.abs(values) > 1.0 + _ROUNDING).any():
         raise DecodeError("numbers: a share must lie between -1 and 1")
     return values
+
+
+def as_similarity(share: float) -> float:
+    """Return a share that is a similarity.
+
+    Raises
+    ------
+    DecodeError : below 0
+    """
+    if share < 0.0:
+        raise DecodeError(f"numbers: a similarity must lie between 0 and 1, got {share:g}")
+    return float(share)

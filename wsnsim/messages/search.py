@@ -10,6 +10,7 @@ from wsnsim.errors import DecodeError, EncodeError
 from wsnsim.messages.header import pack_header, unpack_header
 from wsnsim.messages.numbers import (
     Encoding,
+    as_similarity,
     block_bytes,
     float_bytes,
     pack_block,
@@ -21,6 +22,8 @@ from wsnsim.types import FloatArray
 
 _WHOLE_PIXELS = struct.Struct("<hh")
 _LARGEST_PX = 32_767
+_LARGEST_DISTANCE_M = 1e6
+"""Beyond it a distance is no message of anybody: the mark of a flipped exponent."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +62,8 @@ class SightingPayload:
     ----------
     target : the target's number
     step : of the frame
-    pixel : (2,) centre of its outline [px]
-    distance_m : by its size in the image [m]
+    pixel : (2,) centre of its outline, at most 32,767 px from the corner of the image [px]
+    distance_m : by its size in the image, up to 10⁶ m [m]
     similarity : to the reference model [0–1]
     encoding : of all numbers; the 8-bit form has whole pixels
     """
@@ -80,13 +83,12 @@ class SightingPayload:
 
         Raises
         ------
-        EncodeError : a number is too large for the encoding
+        EncodeError : a number is none of those above, or too large for the encoding
         """
+        fault = _fault(self.pixel, self.distance_m)
+        if fault:
+            raise EncodeError(f"sighting: {fault}")
         if self.encoding == "uint8":
-            if not (np.abs(self.pixel) <= _LARGEST_PX).all():
-                raise EncodeError(
-                    f"encoding: a uint8 sighting reaches pixel {_LARGEST_PX}, got {self.pixel.tolist()} [px]"
-                )
             pixel = _WHOLE_PIXELS.pack(*(round(float(value)) for value in self.pixel))
         else:
             pixel = pack_block(self.pixel, self.encoding)
@@ -117,6 +119,16 @@ class SightingPayload:
             pixel = unpack_block(body[:pixel_size], encoding)
         (distance,) = unpack_block(body[pixel_size : pixel_size + distance_size], encoding)
         (similarity,) = unpack_shares(body[pixel_size + distance_size :], encoding)
-        if distance <= 0.0:
-            raise DecodeError(f"sighting: the distance must be above 0, got {distance:g} [m]")
-        return cls(target, step, pixel, float(distance), float(similarity), encoding)
+        fault = _fault(pixel, float(distance))
+        if fault:
+            raise DecodeError(f"sighting: {fault}")
+        return cls(target, step, pixel, float(distance), as_similarity(similarity), encoding)
+
+
+def _fault(pixel: FloatArray, distance_m: float) -> str:
+    """Return what makes the numbers the message of nobody; nothing where they are sound."""
+    if not (np.abs(pixel) <= _LARGEST_PX).all():
+        return f"the pixel must lie within {_LARGEST_PX} px of the image's corner, got {pixel.tolist()} [px]"
+    if not 0.0 < distance_m <= _LARGEST_DISTANCE_M:
+        return f"the distance must be above 0 and up to {_LARGEST_DISTANCE_M:g} m, got {distance_m:g} [m]"
+    return ""

@@ -20,7 +20,9 @@ from wsnsim.messages.numbers import Encoding, block_bytes, pack_block, unpack_bl
 from wsnsim.types import FloatArray
 
 _METRES = "<i2"
-_LARGEST_M = 32_767
+_FARTHEST_8_BIT_M = 32_767.0
+_FARTHEST_M, _FASTEST_MPS = 1e7, 1e5
+"""Beyond these a number is no message of anybody, in float64 the mark of a flipped exponent."""
 
 
 def _nothing() -> FloatArray:
@@ -35,11 +37,11 @@ class StatePayload:
     ----------
     target : the target's number
     step : the tracking step that is to be predicted from this state
-    position : (3,) [m]
-    velocity : (3,) [m/s]
+    position : (3,) up to 10⁷ m, in 8 bits 32,767 m from the origin [m]
+    velocity : (3,) up to 10⁵ m/s [m/s]
     orientation : (4,) unit quaternion (w, x, y, z), as predicted for `step`
     spread : (6,) lower triangle, row by row, of the Cholesky factor of the particles' covariance [m];
-        empty where all nodes know it from the scenario
+        up to 10⁷ m; empty where all nodes know it from the scenario
     encoding : of all numbers
     """
 
@@ -59,8 +61,11 @@ class StatePayload:
 
         Raises
         ------
-        EncodeError : a number is too large for the encoding
+        EncodeError : a number is none of those above, or too large for the encoding
         """
+        fault = self._fault()
+        if fault:
+            raise EncodeError(f"state: {fault}")
         blocks = [self.velocity, self.orientation, *([self.spread] if self.spread.size else [])]
         return (
             pack_header(self.tag, self.target, self.step, self.encoding)
@@ -74,7 +79,7 @@ class StatePayload:
 
         Raises
         ------
-        DecodeError : wrong tag or length, a number that is not finite, a quaternion not of unit length
+        DecodeError : wrong tag or length, a number that nobody sends, a quaternion not of unit length
         """
         target, step, encoding, body = unpack_header(data, cls.tag, cls.kind)
         sizes = [_position_bytes(encoding), block_bytes(3, encoding), block_bytes(4, encoding)]
@@ -89,7 +94,7 @@ class StatePayload:
             body = body[size:]
         position = _unpack_position(parts[0], encoding)
         velocity, orientation, *spread = (unpack_block(part, encoding) for part in parts[1:])
-        return cls(
+        state = cls(
             target,
             step,
             position,
@@ -98,6 +103,22 @@ class StatePayload:
             spread[0] if spread else _nothing(),
             encoding,
         )
+        fault = state._fault()
+        if fault:
+            raise DecodeError(f"state: {fault}")
+        return state
+
+    def _fault(self) -> str:
+        """Return what makes the numbers the message of nobody; nothing where they are sound."""
+        farthest = _FARTHEST_8_BIT_M if self.encoding == "uint8" else _FARTHEST_M
+        for name, numbers, limit, unit in (
+            ("position", self.position, farthest, "m"),
+            ("velocity", self.velocity, _FASTEST_MPS, "m/s"),
+            ("spread", self.spread, _FARTHEST_M, "m"),
+        ):
+            if not (np.abs(numbers) <= limit).all():
+                return f"the {name} must lie within {limit:g} {unit}, got {numbers.tolist()} [{unit}]"
+        return ""
 
 
 def _position_bytes(encoding: Encoding) -> int:
@@ -109,10 +130,6 @@ def _pack_position(position: FloatArray, encoding: Encoding) -> bytes:
     if encoding != "uint8":
         return pack_block(position, encoding)
     metres = np.rint(position)
-    if not (np.abs(metres) <= _LARGEST_M).all():
-        raise EncodeError(
-            f"encoding: a uint8 state reaches {_LARGEST_M} m from the origin, got {position.tolist()} [m]"
-        )
     return metres.astype(_METRES).tobytes() + pack_block(position - metres, encoding)
 
 
@@ -126,7 +143,8 @@ def _unpack_position(data: memoryview, encoding: Encoding) -> FloatArray:
 
 def _unit(orientation: FloatArray, encoding: Encoding) -> FloatArray:
     """Scale a quaternion to length 1 where rounding may have changed it."""
-    norm = float(np.linalg.norm(orientation))
+    # squares of a flipped exponent's number would not fit into a float64
+    norm = float(np.linalg.norm(np.clip(orientation, -2.0, 2.0)))
     tolerance = {"float64": 1e-6, "float32": 1e-5, "float16": 1e-2, "uint8": 5e-2}[encoding]
     if not abs(norm - 1.0) < tolerance:
         raise DecodeError("state: the orientation must be a unit quaternion")

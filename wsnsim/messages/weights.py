@@ -11,10 +11,11 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from wsnsim.errors import DecodeError
+from wsnsim.errors import DecodeError, EncodeError
 from wsnsim.messages.header import pack_header, unpack_header
 from wsnsim.messages.numbers import (
     Encoding,
+    as_similarity,
     float_bytes,
     pack_floats,
     pack_shares,
@@ -24,6 +25,8 @@ from wsnsim.messages.numbers import (
 from wsnsim.types import FloatArray
 
 _LEVELS = 255
+FACING_NUMBERS = (0, 3, 4)
+"""Of how many numbers a camera says how the target stands: none, a direction, a quaternion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,14 +61,23 @@ class WeightsPayload:
 
         Raises
         ------
-        EncodeError : a weight is too large for the encoding
+        EncodeError : a number is none of those above, or too large or small for the encoding
         """
+        if self.facing.size not in FACING_NUMBERS:
+            raise EncodeError(f"weights: a facing has 0, 3 or 4 numbers, got {self.facing.size}")
+        if not (self.weights >= 0.0).all() or not self.weights.any():
+            raise EncodeError("weights: all must be at least 0, and one above 0")
         shares = np.concatenate([[self.similarity], self.facing])
         if self.encoding == "uint8":
             codes = np.rint(self.weights / self.weights.max() * _LEVELS).astype(np.uint8)
             weights: bytes = codes.tobytes()
         else:
             weights = pack_floats(self.weights, self.encoding)
+            if not any(weights):
+                raise EncodeError(
+                    f"encoding: {self.encoding} cannot tell weights from 0 of which the largest is "
+                    f"{self.weights.max():g}; send them relative to the largest"
+                )
         return (
             pack_header(self.tag, self.target, self.step, self.encoding)
             + bytes([shares.size])
@@ -90,6 +102,8 @@ class WeightsPayload:
         room = len(body) - 1 - count * size
         if count < 1 or room < size or room % size:
             raise DecodeError(f"weights: the body must hold {size} bytes a number, got {len(body)} bytes")
+        if count - 1 not in FACING_NUMBERS:
+            raise DecodeError(f"weights: a facing has 0, 3 or 4 numbers, got {count - 1}")
         weights_data, shares_data = body[1 : 1 + room], body[1 + room :]
         if encoding == "uint8":
             codes = np.frombuffer(weights_data, dtype=np.uint8)
@@ -101,7 +115,7 @@ class WeightsPayload:
         if (weights < 0).any() or not weights.any():
             raise DecodeError("weights: all must be at least 0, and one above 0")
         shares = unpack_shares(shares_data, encoding)
-        return cls(target, step, weights, float(shares[0]), shares[1:], encoding)
+        return cls(target, step, weights, as_similarity(shares[0]), shares[1:], encoding)
 
     def relative(self) -> FloatArray:
         """Return the weights (m,) over the largest, in [0, 1]."""
