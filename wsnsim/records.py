@@ -146,6 +146,7 @@ class MessageRow:
     outcome: str
     """`delivered`, `fused`, `in_flight`, or `dropped_<reason>`."""
     fused_into: int | None = None
+    """The message that went on in place of this one, which had arrived at `delivered_s`."""
 
 
 @dataclass(frozen=True, slots=True)

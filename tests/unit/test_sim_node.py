@@ -213,3 +213,25 @@ def test_power_that_rises_in_the_last_instant_does_not_put_off_the_death() -> No
     busy_w = idle_w - PLATFORM.cpu_idle_w + PLATFORM.cpu_active_w
     assert bench.node.died_at_s == pytest.approx(1.0 + 600e-9 * idle_w / busy_w, abs=2e-9)
     assert bench.power.ledger.left_j(to_ns(2.0)) == pytest.approx(0.0, abs=1e-15)
+
+
+def test_what_comes_of_an_effect_waits_its_turn_without_end_of_stack() -> None:
+    """Each input gives the processor something more to do, which is done after what waits already."""
+    bench = Bench(Script(ONE_SECOND))
+    done: list[str] = []
+    node = bench.node
+
+    def follow(name: str) -> None:
+        if len(done) < 3000:
+            done.append("input")
+            node.take(lambda ctx: (Work(), lambda: done.append("more")))
+            assert done[-1] == "input"
+
+    node._settled = follow  # what the network would do
+    bench.at(0.0, lambda: node.take_frame(frame(1)))
+    for _ in range(2):
+        bench.at(0.5, lambda: node.take_message(Received("m", None)))  # type: ignore[arg-type]
+    bench.run(2.0)
+    # two messages wait behind the frame; what each conclusion adds comes after them
+    assert done[:6] == ["input", "input", "input", "more", "input", "more"]
+    assert len(done) >= 3000

@@ -55,7 +55,7 @@ def _messages(messages: pd.DataFrame, nodes: pd.DataFrame) -> list[str]:
     found += [f"message {m} to {d}: more than one fate" for m, d in _values(twice, "message", "destination")]
     unclear = messages[~messages["outcome"].str.fullmatch(_OUTCOME)]
     found += [f"message {m}: unknown outcome {o!r}" for m, o in _values(unclear, "message", "outcome")]
-    arrived = messages["outcome"] == "delivered"
+    arrived = messages["outcome"].isin(ARRIVED)
     undated = messages[arrived != messages["delivered_s"].notna()]
     found += [
         f"message {m}: {o}, but its delivery time disagrees"
@@ -66,12 +66,44 @@ def _messages(messages: pd.DataFrame, nodes: pd.DataFrame) -> list[str]:
         f"message {m}: delivered to {d} before it was created"
         for m, d in _values(early, "message", "destination")
     ]
+    found += _fusions(messages)
     sent = messages.drop_duplicates("message").groupby("source")["bytes"].sum()
     for node, claimed in _values(nodes, "node", "app_tx_bytes"):
         if sent.get(node, 0) != claimed:
             found.append(
                 f"node {node}: {claimed} application bytes counted, {sent.get(node, 0)} in its messages"
             )
+    return found
+
+
+def _fusions(messages: pd.DataFrame) -> list[str]:
+    """Hold what messages were fused into against where and when they arrived."""
+    unclear = messages[(messages["outcome"] == "fused") != messages["fused_into"].notna()]
+    found = [
+        f"message {m}: {o}, but what it was fused into disagrees"
+        for m, o in _values(unclear, "message", "outcome")
+    ]
+    made = messages.drop_duplicates("message").set_index("message")
+    parts = messages[messages["fused_into"].notna()].astype({"fused_into": "int64"})
+    parts = parts.assign(
+        maker=parts["fused_into"].map(made["source"]), made_s=parts["fused_into"].map(made["created_s"])
+    )
+    missing = parts[parts["maker"].isna()]
+    found += [
+        f"message {m}: fused into {into}, which nobody sent"
+        for m, into in _values(missing, "message", "fused_into")
+    ]
+    parts = parts[parts["maker"].notna()]
+    elsewhere = parts[parts["maker"] != parts["destination"]]
+    found += [
+        f"message {m} to {d}: fused into {into}, which {s} sent"
+        for m, d, into, s in _values(elsewhere, "message", "destination", "fused_into", "maker")
+    ]
+    early = parts[(parts["fused_into"] <= parts["message"]) | (parts["made_s"] < parts["delivered_s"])]
+    found += [
+        f"message {m}: fused into {into}, which was made before it arrived"
+        for m, into in _values(early, "message", "fused_into")
+    ]
     return found
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from wsnsim.metrics.figures import ARRIVED, Figures
+from wsnsim.metrics.figures import Figures
 from wsnsim.types import NodeId, Seconds
 
 
@@ -19,9 +19,11 @@ def traffic(
     """Return the load and what became of it.
 
     - `offered_bps`: application bits handed to the network, over the time in
-      which frames are taken; a message to many receivers counts once.
-    - `delivery_ratio`: of the messages to the base station, the share that
-      arrived (or was fused into one that went on) before the run ended.
+      which frames are taken; a message to many receivers counts once, and one
+      that climbs hop by hop, as messages that are fused on their way do, at each.
+    - `delivery_ratio`: of the messages on the way up (to the base station, or
+      to the sender's parent), the share whose content arrived before the run
+      ended: by itself, or fused into one whose content did.
     - `delivery_ratio_down`: the same of all other (message, receiver) pairs.
     - `bandwidth_mean_bps`: bits of all MAC frames sent by all nodes, relayed
       and repeated ones and acknowledgements included, over the simulated time.
@@ -37,12 +39,13 @@ def traffic(
     step_s : time from one step to the next [s]
     simulated_s : time from the beginning to the end of the run [s]
     """
-    arrived = messages["outcome"].isin(ARRIVED)
-    up = messages["destination"] == base
+    arrived = content_arrived(messages)
+    to_base = messages["destination"] == base
+    up = on_the_way_up(messages, nodes, base)
     offered_bytes = int(messages.drop_duplicates("message")["bytes"].sum())
     app_bytes = int(nodes["app_tx_bytes"].sum())
     mac_bytes = int(nodes["mac_tx_bytes"].sum())
-    ingress = int(messages.loc[arrived & up, "bytes"].sum())
+    ingress = int(messages.loc[arrived & to_base, "bytes"].sum())
     frames_s = steps * step_s
     return {
         "offered_bps": 8 * offered_bytes / frames_s if frames_s > 0 else None,
@@ -54,6 +57,37 @@ def traffic(
         "bandwidth_peak_bps": _peak_bps(load),
         "base_ingress_bytes_per_step": ingress / steps if steps else None,
     }
+
+
+def on_the_way_up(messages: pd.DataFrame, nodes: pd.DataFrame, base: NodeId) -> "pd.Series[bool]":
+    """Tell for each row of `messages` whether it is for the base station, or for its sender's parent."""
+    parents = messages["source"].map(nodes.set_index("node")["parent"])
+    return (messages["destination"] == base) | (messages["destination"] == parents)
+
+
+def content_arrived(messages: pd.DataFrame) -> "pd.Series[bool]":
+    """Tell for each row of `messages` whether what it said came to whom it was for.
+
+    A message that was fused into another shares the fate of that one.
+    """
+    return fates(messages) == "delivered"
+
+
+def fates(messages: pd.DataFrame) -> "pd.Series[str]":
+    """Return for each row of `messages` the outcome of the last message that its content was in."""
+    fused = messages["outcome"] == "fused"
+    outcomes = messages.loc[~fused].drop_duplicates("message").set_index("message")["outcome"]
+    return messages["outcome"].where(~fused, last_messages(messages).map(outcomes)).fillna("fused")
+
+
+def last_messages(messages: pd.DataFrame) -> "pd.Series[int]":
+    """Return for each row of `messages` the number of the last message that its content was in."""
+    fused = messages.loc[messages["outcome"] == "fused", ["message", "fused_into"]]
+    last: dict[int, int] = {}
+    # what a message is fused into was made later, so it has the higher number and is settled first
+    for message, into in fused.sort_values("message", ascending=False).itertuples(index=False):
+        last[message] = last.get(int(into), int(into))
+    return messages["message"].map(lambda message: last.get(message, message))
 
 
 def _peak_bps(load: pd.DataFrame) -> float | None:

@@ -12,10 +12,11 @@ from itertools import pairwise
 from simpy import Environment
 
 from wsnsim.net.clock import Clock
+from wsnsim.net.collection import GUARD_S
 from wsnsim.net.flights import Flight, Flights
 from wsnsim.net.interface import Datagram, LinkCounters, NetworkObserver, Outcome
 from wsnsim.net.routing import Tree, check_datagram
-from wsnsim.types import NodeId
+from wsnsim.types import NodeId, Seconds
 
 
 class IdealNetwork:
@@ -38,6 +39,10 @@ class IdealNetwork:
     def fragments(self, data_bytes: int) -> int:
         """Return 1: a datagram of any size is one frame."""
         return 1
+
+    def hop_service_s(self, data_bytes: int, node: NodeId) -> Seconds:
+        """Return a small guard: no time passes, but what is collected must come after its parts."""
+        return GUARD_S
 
     def send(self, datagram: Datagram) -> None:
         """Take a datagram at its source.

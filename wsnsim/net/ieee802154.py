@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike
 from simpy import Environment
 
 from wsnsim.net.clock import Clock
+from wsnsim.net.collection import csma_ca_service_ns
 from wsnsim.net.config import Ieee802154Config
 from wsnsim.net.csma_ca import CsmaCa
 from wsnsim.net.flights import Flights
-from wsnsim.net.fragmentation import fragment_count
-from wsnsim.net.frames import MAX_NODES
+from wsnsim.net.fragmentation import fragment, fragment_count
+from wsnsim.net.frames import DATA_OVERHEAD_BYTES, MAX_NODES, MAX_PAYLOAD_BYTES
 from wsnsim.net.interface import Datagram, LinkCounters, NetworkObserver, Outcome
 from wsnsim.net.link import Directory, Link, fragment_room_bytes
 from wsnsim.net.linkquality import expected_transmissions, weakest_usable_dbm
@@ -27,7 +28,7 @@ from wsnsim.net.routing import RoutingError, Tree, check_datagram, etx_tree, min
 from wsnsim.net.shadowing import mean_of
 from wsnsim.records import FrameRow
 from wsnsim.rng import RandomStreams
-from wsnsim.types import FloatArray, Nanoseconds, NodeId
+from wsnsim.types import FloatArray, Nanoseconds, NodeId, Seconds
 from wsnsim.units import to_s
 
 
@@ -127,6 +128,17 @@ class Ieee802154Network:
         """Return the number of radio frames a datagram of that size takes on one hop."""
         return fragment_count(data_bytes, fragment_room_bytes(self._config, self.tree.height))
 
+    def hop_service_s(self, data_bytes: int, node: NodeId) -> Seconds:
+        """Return the time in which a datagram of that size goes from a node to its parent, as a rule [s].
+
+        The nodes of the same depth that the node or its parent hears above the CCA threshold
+        are taken to send one too.
+        """
+        room_bytes = fragment_room_bytes(self._config, 1)
+        overhead_bytes = DATA_OVERHEAD_BYTES + MAX_PAYLOAD_BYTES - room_bytes
+        mpdu_bytes = [overhead_bytes + len(body) for body in fragment(bytes(data_bytes), 0, room_bytes)]
+        return to_s(csma_ca_service_ns(mpdu_bytes, self._contenders(node), self._config.min_be))
+
     def send(self, datagram: Datagram) -> None:
         """Take a datagram at its source.
 
@@ -158,6 +170,15 @@ class Ieee802154Network:
     def counters(self, node: NodeId) -> LinkCounters:
         """Return what the node's link layer has done so far."""
         return self._macs[node].counters
+
+    def _contenders(self, node: NodeId) -> int:
+        """Return how many nodes of one depth share the channel on the way from `node` to its parent."""
+        parent = self.tree.parent[node]
+        assert parent is not None
+        addresses, depth = self._directory.addresses, self.tree.depth
+        peers = [addresses[other] for other in depth if other != node and depth[other] == depth[node]]
+        loudest_dbm = self._power_dbm[peers][:, [addresses[node], addresses[parent]]].max(axis=1)
+        return 1 + int((loudest_dbm >= self._config.cca_threshold_dbm).sum())
 
     def _record(self, frame: Transmission, receiver: int, sinr_db: float, outcome: str) -> None:
         names = self._directory.names

@@ -9,7 +9,7 @@ from enum import Enum
 from typing import Protocol
 
 from wsnsim.records import FrameRow
-from wsnsim.types import Nanoseconds, NodeId
+from wsnsim.types import Nanoseconds, NodeId, Seconds
 
 
 class Outcome(Enum):
@@ -75,6 +75,13 @@ class Network(Protocol):
 
     def fragments(self, data_bytes: int) -> int:
         """Return the number of radio frames a datagram of that size takes on one hop."""
+
+    def hop_service_s(self, data_bytes: int, node: NodeId) -> Seconds:
+        """Return the time in which a datagram of that size goes from a node to its parent, as a rule [s].
+
+        All nodes of the same depth that share the channel are taken to send one too. The base
+        station has no such hop.
+        """
 
     def send(self, datagram: Datagram) -> None:
         """Take a datagram at its source."""

@@ -18,6 +18,7 @@ from wsnsim.scenario.nodes import PlacedNode, placed_nodes
 from wsnsim.scenario.schema import Scenario
 from wsnsim.scenario.schema_motes import Capacity
 from wsnsim.scenario.schema_world import Target
+from wsnsim.sim.collecting import Way, ways
 from wsnsim.sim.engine import Schedule, Simulation
 from wsnsim.sim.eyes import IMAGER, mote_cameras, open_background
 from wsnsim.sim.mail import MailRoom
@@ -28,6 +29,7 @@ from wsnsim.sim.recording import ImageRecorder
 from wsnsim.sim.worlds import build_world
 from wsnsim.systems.base import Belief, Role, Send, Site, TrackedTarget
 from wsnsim.types import NodeId
+from wsnsim.units import to_s
 from wsnsim.vision.album import View, read_album
 from wsnsim.vision.portrait import Studio
 from wsnsim.world.bodies import Body
@@ -81,6 +83,7 @@ def build(loaded: LoadedScenario) -> Simulation:
 
     recorder = ImageRecorder(scenario.record, outlet)
     nodes: dict[NodeId, Node] = {}
+    upward: dict[NodeId, Way] = {}
     mail = MailRoom(
         clock,
         outlet,
@@ -88,21 +91,27 @@ def build(loaded: LoadedScenario) -> Simulation:
         base,
         tuple(node.id for node in placed if node.id != base),
         lambda receiver, message: nodes[receiver].take_message(message),
+        lambda receiver, number, letter: upward[receiver].arrived(number, letter),
     )
     network = build_network(scenario, env, positions, tree, streams, mail, powers)
+    programs = {}
     for node in placed:
         role = Role(node.role)
+        program = loaded.system.program(loaded.system_params, site, node.id, role)
+        programs[node.id] = program
         nodes[node.id] = Node(
             clock,
             node.id,
             role,
-            loaded.system.program(loaded.system_params, site, node.id, role),
+            program,
             PLATFORMS[node.platform],
             powers[node.id],
             outlet,
-            _sender(mail, network, node.id),
-            network.stop_node,
+            _sender(mail, network, upward, node.id),
+            _stopper(network, upward),
+            lambda name: upward[name].settled(),
         )
+    upward |= ways(clock, tree, network, mail, nodes, programs, lambda epoch: to_s(schedule.at_ns(epoch)))
     return Simulation(
         env=env,
         clock=clock,
@@ -115,6 +124,7 @@ def build(loaded: LoadedScenario) -> Simulation:
         tree=tree,
         mail=mail,
         outlet=outlet,
+        site=site,
     )
 
 
@@ -178,8 +188,24 @@ def _power(clock: Clock, node: PlacedNode, loaded: LoadedScenario) -> NodePower:
         raise loaded.error(("network", "tx_power_dbm"), str(error)) from error
 
 
-def _sender(mail: MailRoom, network: Network, node: NodeId) -> Callable[[Send], None]:
-    return lambda send: mail.post(network, node, send)
+def _sender(
+    mail: MailRoom, network: Network, upward: Mapping[NodeId, Way], node: NodeId
+) -> Callable[[Send], None]:
+    def send(message: Send) -> None:
+        if message.group is None:
+            mail.post(network, node, message)
+        else:
+            upward[node].own(message)
+
+    return send
+
+
+def _stopper(network: Network, upward: Mapping[NodeId, Way]) -> Callable[[NodeId], None]:
+    def stop(node: NodeId) -> None:
+        network.stop_node(node)
+        upward[node].stop()
+
+    return stop
 
 
 class _Faults:

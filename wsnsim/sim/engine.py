@@ -12,6 +12,7 @@ from wsnsim.records import EnergyRow, LoadRow, NodeRow, Outlet, Sink, TruthRow, 
 from wsnsim.sim.cameras import MoteCamera
 from wsnsim.sim.mail import MailRoom
 from wsnsim.sim.node import Node
+from wsnsim.systems.base import Site
 from wsnsim.types import Nanoseconds, NodeId, Seconds
 from wsnsim.units import instant_ns, to_s
 from wsnsim.world.world import World
@@ -53,6 +54,7 @@ class Simulation:
     ----------
     nodes : by name, cameras and relays in the order of the scenario, the base station last
     positions : x, y and z of each node [m]
+    site : what the programs were told
     """
 
     env: simpy.Environment
@@ -66,6 +68,7 @@ class Simulation:
     tree: Tree
     mail: MailRoom
     outlet: Outlet
+    site: Site
 
     def run(self, sink: Sink, progress: Progress | None = None) -> None:
         """Run to the end, once, and leave every record in `sink`.

@@ -1,29 +1,54 @@
 """Messages on their way: encoded once, followed to every receiver, decoded there.
 
 One row a message and receiver it was meant for, written when its fate is known.
+A message of a group goes up the tree hop by hop, each hop a message of its
+own, and ends as part of the next one.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 
 from wsnsim.errors import DecodeError
 from wsnsim.messages.base import Payload, decode_any
 from wsnsim.net.clock import Clock
 from wsnsim.net.interface import Datagram, Network, Outcome
 from wsnsim.records import FrameRow, MessageRow, Sink
-from wsnsim.systems.base import Received, Scope, Send
-from wsnsim.types import NodeId
+from wsnsim.systems.base import GroupKey, Received, Scope, Send
+from wsnsim.types import Nanoseconds, NodeId, Seconds
 from wsnsim.units import to_ns, to_s
+
+REFUSED = "dropped_refused"
+"""The program of a relay would not fuse it, nor send anything in its place."""
+UNDECODABLE = "dropped_undecodable"
+"""What arrived is no message of the system."""
+
+
+@dataclass(frozen=True, slots=True)
+class Letter:
+    """A message of a group between two nodes of the tree.
+
+    The group is not sent: it stands in the payload, where the programs find it.
+    """
+
+    maker: NodeId
+    """Whose program made the payload; nodes that only pass it on leave this as it is."""
+    kind: str
+    data: bytes
+    group: GroupKey
+    expires_ns: Nanoseconds | None
 
 
 @dataclass(slots=True)
 class _Sent:
     datagram: Datagram
     kind: str
-    created_s: float
+    created_s: Seconds
     fragments: int
     open: dict[NodeId, None]
     """Receivers whose fate is not known yet, in the order they were named."""
+    letter: Letter | None
+    arrived: tuple[Seconds, int] | None = None
+    """When and over how many hops a message of a group came to the node at which it waits."""
 
 
 class MailRoom:
@@ -35,6 +60,7 @@ class MailRoom:
     base : the base station's name
     motes : everybody else
     receive : gives a decoded message to a node
+    collect : gives a message of a group, and its number, to a node on its way to the base station
     """
 
     def __init__(
@@ -45,6 +71,7 @@ class MailRoom:
         base: NodeId,
         motes: tuple[NodeId, ...],
         receive: Callable[[NodeId, Received], None],
+        collect: Callable[[NodeId, int, Letter], None],
     ) -> None:
         self._clock = clock
         self._sink = sink
@@ -52,45 +79,71 @@ class MailRoom:
         self._base = base
         self._motes = motes
         self._receive = receive
+        self._collect = collect
         self._sent: dict[int, _Sent] = {}
         self._next = 0
         self.app_tx_bytes: dict[NodeId, int] = dict.fromkeys((base, *motes), 0)
 
     def post(self, network: Network, source: NodeId, send: Send) -> None:
         """Encode a message and hand it to the network."""
-        data = send.payload.encode()
         datagram = Datagram(
             number=self._next,
             source=source,
             destinations=self._receivers(source, send.to),
-            data=data,
+            data=send.payload.encode(),
             disseminate=send.to is Scope.TREE,
             expires_ns=None if send.expires is None else to_ns(send.expires),
         )
-        self._next += 1
-        self.app_tx_bytes[source] += len(data)
-        self._sent[datagram.number] = _Sent(
-            datagram,
-            send.payload.kind,
-            to_s(self._clock.now),
-            network.fragments(len(data)),
-            dict.fromkeys(datagram.destinations),
-        )
-        network.send(datagram)
+        self._hand_over(network, datagram, send.payload.kind, None)
+
+    def climb(self, network: Network, source: NodeId, parent: NodeId, letter: Letter) -> int:
+        """Send a message of a group one hop up the tree and return its number."""
+        datagram = Datagram(self._next, source, (parent,), letter.data, expires_ns=letter.expires_ns)
+        self._hand_over(network, datagram, letter.kind, letter)
+        return datagram.number
+
+    def decode(self, data: bytes) -> Payload:
+        """Return what the bytes say.
+
+        Raises
+        ------
+        DecodeError : nothing that this system's programs say
+        """
+        return decode_any(data, self._payload_types)
 
     def delivered(self, datagram: Datagram, receiver: NodeId, hops: int) -> None:
-        """Take a datagram that arrived; decode it and pass it on."""
-        try:
-            payload = decode_any(datagram.data, self._payload_types)
-        except DecodeError:
-            self._close(datagram.number, receiver, "dropped_undecodable", None, None)
+        """Take a datagram that arrived, and pass it on; one that arrived before changes nothing."""
+        sent = self._sent.get(datagram.number)
+        if sent is None or receiver not in sent.open or sent.arrived is not None:
             return
-        self._close(datagram.number, receiver, "delivered", to_s(self._clock.now), hops)
-        self._receive(receiver, Received(datagram.source, payload))
+        arrived = (to_s(self._clock.now), hops)
+        if sent.letter is None:
+            self._read(datagram.number, receiver, datagram.source, datagram.data, arrived)
+        else:
+            sent.arrived = arrived
+            self._collect(receiver, datagram.number, replace(sent.letter, data=datagram.data))
+
+    def arrived(self, number: int, data: bytes) -> None:
+        """Give what arrived as a message of a group to the base station's program."""
+        sent = self._sent[number]
+        assert sent.letter is not None
+        assert sent.arrived is not None
+        self._read(number, self._base, sent.letter.maker, data, sent.arrived)
 
     def dropped(self, datagram: Datagram, receiver: NodeId, outcome: Outcome) -> None:
         """Note a datagram that will not arrive."""
-        self._close(datagram.number, receiver, outcome.value, None, None)
+        self._close(datagram.number, receiver, outcome.value)
+
+    def fused(self, parts: Iterable[int], into: int) -> None:
+        """Note messages that arrived and went on as one, by their numbers."""
+        for number in parts:
+            sent = self._sent[number]
+            self._close(number, sent.datagram.destinations[0], "fused", sent.arrived, into)
+
+    def set_aside(self, parts: Iterable[int], outcome: str) -> None:
+        """Note messages that arrived at a node on their way and go no further, by their numbers."""
+        for number in parts:
+            self._close(number, self._sent[number].datagram.destinations[0], outcome)
 
     def frame(self, row: FrameRow) -> None:
         """Record a radio frame."""
@@ -100,7 +153,31 @@ class MailRoom:
         """Write the rows of what is still on its way at the end of the run."""
         for number in list(self._sent):
             for receiver in list(self._sent[number].open):
-                self._close(number, receiver, "in_flight", None, None)
+                self._close(number, receiver, "in_flight")
+
+    def _hand_over(self, network: Network, datagram: Datagram, kind: str, letter: Letter | None) -> None:
+        self._next += 1
+        self.app_tx_bytes[datagram.source] += len(datagram.data)
+        self._sent[datagram.number] = _Sent(
+            datagram,
+            kind,
+            to_s(self._clock.now),
+            network.fragments(len(datagram.data)),
+            dict.fromkeys(datagram.destinations),
+            letter,
+        )
+        network.send(datagram)
+
+    def _read(
+        self, number: int, receiver: NodeId, maker: NodeId, data: bytes, arrived: tuple[Seconds, int]
+    ) -> None:
+        try:
+            payload = self.decode(data)
+        except DecodeError:
+            self._close(number, receiver, UNDECODABLE)
+            return
+        self._close(number, receiver, "delivered", arrived)
+        self._receive(receiver, Received(maker, payload))
 
     def _receivers(self, source: NodeId, to: NodeId | Scope) -> tuple[NodeId, ...]:
         if to is Scope.BASE:
@@ -111,12 +188,18 @@ class MailRoom:
         return (to,)
 
     def _close(
-        self, number: int, receiver: NodeId, outcome: str, delivered_s: float | None, hops: int | None
+        self,
+        number: int,
+        receiver: NodeId,
+        outcome: str,
+        arrived: tuple[Seconds, int] | None = None,
+        fused_into: int | None = None,
     ) -> None:
         sent = self._sent[number]
         del sent.open[receiver]
         if not sent.open:
             del self._sent[number]
+        delivered_s, hops = (None, None) if arrived is None else arrived
         self._sink.write(
             MessageRow(
                 message=number,
@@ -129,5 +212,6 @@ class MailRoom:
                 fragments=sent.fragments,
                 hops=hops,
                 outcome=outcome,
+                fused_into=fused_into,
             )
         )

@@ -7,6 +7,7 @@ from functools import partial
 
 from wsnsim.errors import OutputError, SimulationError, WsnsimError
 from wsnsim.hardware.profiles import Platform
+from wsnsim.hardware.work import Work
 from wsnsim.net.clock import Clock
 from wsnsim.records import EstimateRow, EventRow, Sink
 from wsnsim.sim.power import NodePower
@@ -14,6 +15,13 @@ from wsnsim.systems.base import Context, Program, Received, Role, Send, Step, Tr
 from wsnsim.types import Nanoseconds, NodeId
 from wsnsim.units import to_ns, to_s
 from wsnsim.vision.frame import Frame
+
+Job = Callable[[Context], tuple[Work, Callable[[], None]]]
+"""Something for the processor: called when it begins, returns the work and what takes effect after it."""
+
+
+def _nobody(node: NodeId) -> None:
+    """Tell nobody."""
 
 
 class Node:
@@ -27,6 +35,7 @@ class Node:
     ----------
     send : hands a message of this node to the network
     on_death : told when the node's battery is empty
+    settled : told when an input has taken effect
     """
 
     def __init__(
@@ -40,6 +49,7 @@ class Node:
         sink: Sink,
         send: Callable[[Send], None],
         on_death: Callable[[NodeId], None],
+        settled: Callable[[NodeId], None] = _nobody,
     ) -> None:
         self.id = node
         self.role = role
@@ -57,7 +67,9 @@ class Node:
         self._sink = sink
         self._send = send
         self._on_death = on_death
-        self._waiting: deque[Callable[[Context], Step]] = deque()
+        self._settled = settled
+        self._waiting: deque[Job] = deque()
+        self._concluding = False
 
     @property
     def alive(self) -> bool:
@@ -67,15 +79,21 @@ class Node:
     def start(self) -> None:
         """Begin the program, if the battery holds anything."""
         self.power.watch(self._die)
-        self._take(self._program.on_start)
+        self._ask(self._program.on_start)
 
     def take_frame(self, frame: Frame) -> None:
         """Give the program an image."""
-        self._take(lambda ctx: self._program.on_frame(ctx, frame))
+        self._ask(lambda ctx: self._program.on_frame(ctx, frame))
 
     def take_message(self, message: Received) -> None:
         """Give the program a message."""
-        self._take(lambda ctx: self._program.on_payload(ctx, message))
+        self._ask(lambda ctx: self._program.on_payload(ctx, message))
+
+    def take(self, job: Job) -> None:
+        """Give the processor something to do, in its turn."""
+        if self.alive:
+            self._waiting.append(job)
+            self._work_on()
 
     def skip_frame(self, step: int, why: str) -> None:
         """Count a frame that could not be taken."""
@@ -94,47 +112,58 @@ class Node:
         self._waiting.clear()
         self._on_death(self.id)
 
-    def _take(self, action: Callable[[Context], Step]) -> None:
-        if self.alive:
-            self._waiting.append(action)
-            self._work_on()
+    def _ask(self, program: Callable[[Context], Step]) -> None:
+        """Give the program an input in its turn."""
+
+        def job(ctx: Context) -> tuple[Work, Callable[[], None]]:
+            step = program(ctx)
+            return step.work, partial(self._take_effect, step)
+
+        self.take(job)
 
     def _work_on(self) -> None:
         """Do what waits, until something takes time."""
-        while self._waiting and not self.busy:
-            action = self._waiting.popleft()
-            with self._blamed():
-                step = action(Context(self.id, to_s(self._clock.now), self.power.left_j()))
-                duration = to_ns(self.platform.seconds(step.work))
+        # what comes while something takes effect waits until all of it has
+        while self._waiting and not self.busy and not self._concluding:
+            job = self._waiting.popleft()
+            with self.blamed():
+                work, conclude = job(Context(self.id, to_s(self._clock.now), self.power.left_j()))
+                duration = to_ns(self.platform.seconds(work))
             self.work_longest_ns = max(self.work_longest_ns, duration)
             if duration == 0:
-                self._conclude(step)
+                self._conclude(conclude)
             else:
                 self.busy = True
                 self.power.cpu(busy=True)
-                self._clock.call(duration, partial(self._end, step))
+                self._clock.call(duration, partial(self._end, conclude))
 
-    def _end(self, step: Step) -> None:
+    def _end(self, conclude: Callable[[], None]) -> None:
         if self.alive:
             self.busy = False
             self.power.cpu(busy=False)
-            self._conclude(step)
+            self._conclude(conclude)
             self._work_on()
 
-    def _conclude(self, step: Step) -> None:
-        """Let a step take effect, now that its work is done."""
-        with self._blamed():
-            for note in step.notes:
-                self.tell(note.kind, note.detail)
-            for estimate in step.estimates:
-                self._sink.write(self._row(estimate))
-            for timer in step.timers:
-                self._set_timer(timer.key, timer.at)
-            for send in step.sends:
-                self._send(send)
+    def _conclude(self, conclude: Callable[[], None]) -> None:
+        """Let something take effect, now that its work is done."""
+        self._concluding = True
+        with self.blamed():
+            conclude()
+            self._settled(self.id)
+        self._concluding = False
+
+    def _take_effect(self, step: Step) -> None:
+        for note in step.notes:
+            self.tell(note.kind, note.detail)
+        for estimate in step.estimates:
+            self._sink.write(self._row(estimate))
+        for timer in step.timers:
+            self._set_timer(timer.key, timer.at)
+        for send in step.sends:
+            self._send(send)
 
     @contextmanager
-    def _blamed(self) -> Iterator[None]:
+    def blamed(self) -> Iterator[None]:
         """Name time and node where a program fails, or asks for what cannot be done."""
         try:
             yield
@@ -146,7 +175,7 @@ class Node:
 
     def _set_timer(self, key: str, at: float) -> None:
         delay = max(0, to_ns(at) - self._clock.now)
-        self._clock.call(delay, lambda: self._take(lambda ctx: self._program.on_timer(ctx, key)))
+        self._clock.call(delay, lambda: self._ask(lambda ctx: self._program.on_timer(ctx, key)))
 
     def _row(self, estimate: TrackEstimate) -> EstimateRow:
         belief, cov = estimate.belief, estimate.cov

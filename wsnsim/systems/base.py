@@ -57,10 +57,11 @@ class Send:
     to: NodeId | Scope
     payload: Payload
     expires: Seconds | None = None
-    """Time after which nobody wants it: what is unsent then is dropped."""
+    """Time after which nobody wants it: what is unsent then is dropped. Where its group is aggregated, that
+    is when the group is due instead."""
     group: GroupKey | None = None
-    """Where it is named, the message goes to the base station and every relay on its way may fuse it with
-    others of the group; the program must be an `Aggregator`."""
+    """Where it is named, the message climbs to the base station hop by hop, `to` is `Scope.BASE`, and every
+    node on its way whose program is an `Aggregator` fuses it with others of the group, its maker first."""
 
 
 @dataclass(frozen=True)
@@ -180,25 +181,33 @@ class Aggregate:
 
 @runtime_checkable
 class Aggregator(Protocol):
-    """A program that fuses what passes its node; at a camera that relays its own message is a part too."""
+    """A program that fuses what passes its node; at a camera that relays its own message is a part too.
+
+    `due`, `usual` and `awaits` are asked for free and must change nothing.
+    """
 
     def due(self, group: GroupKey) -> Seconds:
-        """Return by when the base station wants the messages of a group."""
+        """Return by when the base station wants the messages of a group; what comes later is dropped."""
 
     def usual(self) -> tuple[int, Work]:
-        """Return the size [bytes] of an aggregate and the work of making one, as a rule."""
+        """Return the size [bytes] of an aggregate and the work of making one, as a rule.
+
+        Asked once, before the run: how long each node may wait for others follows from it.
+        """
 
     def awaits(self, group: GroupKey, parts: Sequence[Received], below: frozenset[NodeId]) -> bool:
-        """Tell whether more may come.
+        """Tell whether more may come; asked whenever a part has come or the program has taken an input.
+
+        Not asked any more once the node has sent something of the group: what comes then goes on at once.
 
         Parameters
         ----------
-        parts : what is here
+        parts : what is here, its own unencoded
         below : the node itself and all whose messages pass it
         """
 
     def aggregate(self, ctx: Context, group: GroupKey, parts: Sequence[Received]) -> Aggregate:
-        """Fuse messages of one group, each of them once; `parts` is not empty."""
+        """Fuse messages of one group; `parts` is not empty, and no message is in it that was given before."""
 
 
 @dataclass(frozen=True, eq=False)
