@@ -85,3 +85,19 @@ def test_without_opencv_that_comparison_is_left_out(monkeypatch):
         assert measure.peer is measure.ratio is measure.peer_cpu_ms is None
         assert measure.deviation < 1e-6
         assert "is not installed" in measure.note
+
+
+@pytest.mark.parametrize("variant", ["P", "T0", "T2", "T4"])
+def test_a_step_of_each_tracker_can_be_timed(scenarios, variant):
+    from wsnsim.bench.trackers import JOIN, WEIGH, bench_tracker
+
+    scenario = scenarios / "published" / "multiview_setup_b.yaml"
+    overrides = [f"system.variant={variant}", "system.particles=50", "system.image_particles=50"]
+    measures = bench_tracker(scenario, overrides, quick=True)
+    *stages, whole = measures
+    assert whole.what == "one step"
+    parts = sum(measure.cpu_ms for measure in stages if measure.what != WEIGH)
+    assert whole.cpu_ms == pytest.approx(parts)
+    assert (JOIN in {measure.what for measure in stages}) == (variant == "T2")
+    # histograms over the whole image cost more, even for few particles
+    assert whole.ratio is None or whole.ratio > 1.0

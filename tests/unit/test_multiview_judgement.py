@@ -14,7 +14,7 @@ from wsnsim.messages.weights import WeightsPayload
 from wsnsim.systems.multiview.judgement import Judgement, judge
 from wsnsim.systems.multiview.params import MultiviewParams
 from wsnsim.systems.multiview.proposal import Proposal
-from wsnsim.systems.multiview.sight import look
+from wsnsim.systems.multiview.sight import facing_viewpoint, look
 from wsnsim.systems.multiview.similarity import view_similarities
 from wsnsim.vision.features import FeatureSpace
 
@@ -39,7 +39,8 @@ def judged(
     features = FeatureSpace(rule.colour_space)
     semi_axes, (model,) = who.body.semi_axes_m, who.models(rule.colour_space)  # type: ignore[attr-defined]
     sight = look(image, camera, proposal.particles, UPRIGHT, semi_axes, features)
-    return judge(sight, camera, proposal, UPRIGHT, model, rule)
+    view = facing_viewpoint(model, camera, proposal.mean, UPRIGHT)
+    return judge(sight, model.sqrt_colour[view], model.sqrt_texture[view], rule)
 
 
 def across(camera: PinholeCamera, points: np.ndarray, place: np.ndarray = CENTRE) -> np.ndarray:

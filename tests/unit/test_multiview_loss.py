@@ -12,9 +12,9 @@ from wsnsim.messages.search import SearchPayload, SightingPayload
 from wsnsim.messages.state import StatePayload
 from wsnsim.messages.weights import WeightsPayload
 from wsnsim.systems.base import Basis, Scope, Step
+from wsnsim.systems.multiview.base import BaseProgram
+from wsnsim.systems.multiview.camera import CameraProgram
 from wsnsim.systems.multiview.params import MultiviewParams
-from wsnsim.systems.multiview.t0_base import T0Base
-from wsnsim.systems.multiview.t0_camera import T0Camera
 
 scene = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[1] / "multiview_scene.py")))
 CENTRE, UPRIGHT, PAIR, AWAY = scene.CENTRE, scene.UPRIGHT, scene.PAIR, scene.AWAY
@@ -45,15 +45,15 @@ def payloads(step: Step) -> list[object]:
     return [send.payload for send in step.sends]
 
 
-def measured(base: T0Base, step: int, similarities: tuple[float, float]) -> Step:
+def measured(base: BaseProgram, step: int, similarities: tuple[float, float]) -> Step:
     """Let both cameras answer a step with these similarities."""
     now = step / 4 + 0.05
     assert give(base, "c1", weights(step, similarities[0]), now).estimates == ()
     return give(base, "c2", weights(step, similarities[1]), now)
 
 
-def started(steps: int = 40, **changes: object) -> T0Base:
-    base = T0Base(params(**changes), box.site(steps=steps))
+def started(steps: int = 40, **changes: object) -> BaseProgram:
+    base = BaseProgram(params(**changes), box.site(steps=steps))
     base.on_start(at(0.0))
     return base
 
@@ -62,7 +62,7 @@ def lost(step: Step) -> bool:
     return "track_lost" in [note.kind for note in step.notes]
 
 
-def given_up(**changes: object) -> tuple[T0Base, Step]:
+def given_up(**changes: object) -> tuple[BaseProgram, Step]:
     """Return a base station that has just given its track up, after step 4."""
     base = started(**changes)
     for step in range(1, 5):
@@ -250,7 +250,7 @@ def test_messages_of_the_other_kind_are_late_and_strangers_are_refused() -> None
 
 
 def test_an_automatic_start_is_a_search_from_the_first_step() -> None:
-    base = T0Base(params(start="automatic"), box.site(steps=5))
+    base = BaseProgram(params(start="automatic"), box.site(steps=5))
     first = base.on_start(at(0.0))
     assert payloads(first) == [SearchPayload(0, 1)]
     (timer,) = first.timers
@@ -265,7 +265,7 @@ def test_an_automatic_start_is_a_search_from_the_first_step() -> None:
 
 
 def test_a_search_that_finds_nothing_ends_with_the_run() -> None:
-    base = T0Base(params(start="automatic"), box.site(steps=5))
+    base = BaseProgram(params(start="automatic"), box.site(steps=5))
     (timer,) = base.on_start(at(0.0)).timers
     for _ in range(4):
         (timer,) = base.on_timer(at(timer.at), timer.key).timers
@@ -279,7 +279,7 @@ def test_an_automatic_start_needs_a_way_to_find_targets() -> None:
 
 
 def test_a_camera_that_is_told_to_search_reports_what_it_finds_until_a_state_comes() -> None:
-    mote = T0Camera(params(), box.site(), "c1", box.models())
+    mote = CameraProgram(params(), box.site(), "c1", box.models())
     give(mote, "base", SearchPayload(0, 2), 0.1)
     assert mote.on_frame(at(0.25), box.frame("c1", 1)).sends == ()  # not yet asked for
     for step in (2, 3):
@@ -298,7 +298,7 @@ def test_a_camera_that_is_told_to_search_reports_what_it_finds_until_a_state_com
 
 
 def test_a_camera_reports_nothing_where_nothing_like_the_target_is() -> None:
-    mote = T0Camera(params(), box.site(), "c1", box.models())
+    mote = CameraProgram(params(), box.site(), "c1", box.models())
     give(mote, "base", SearchPayload(0, 1), 0.1)
     done = mote.on_frame(at(0.25), box.frame("c1", 1, place=None))
     assert done.sends == ()
@@ -308,7 +308,7 @@ def test_a_camera_reports_nothing_where_nothing_like_the_target_is() -> None:
 
 def test_a_target_that_no_camera_can_see_is_predicted_then_lost() -> None:
     """All particles outside every view: nobody is asked, nothing is waited for, the filter goes on."""
-    base = T0Base(params(spread={"kind": "fixed"}), box.site({"away": AWAY}, steps=12))
+    base = BaseProgram(params(spread={"kind": "fixed"}), box.site({"away": AWAY}, steps=12))
     (timer,) = base.on_start(at(0.0)).timers
     kinds = []
     for step in range(1, 5):

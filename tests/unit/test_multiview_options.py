@@ -5,14 +5,13 @@ import pytest
 from pydantic import ValidationError
 
 from wsnsim.systems.multiview.estimators import position_estimate
-from wsnsim.systems.multiview.params import (
-    PUBLISHED,
+from wsnsim.systems.multiview.params import PUBLISHED, MultiviewParams
+from wsnsim.systems.multiview.rules import (
     AverageOrientation,
     CloudParticipation,
     FixedNoise,
     FixedSpread,
     LogRatioLikelihood,
-    MultiviewParams,
     PointParticipation,
     PredictedSpread,
     RawLikelihood,

@@ -15,7 +15,7 @@ from wsnsim.geometry.rotations import (
 )
 from wsnsim.rng import RandomStreams
 from wsnsim.systems.multiview.orientation import Attitude, corrected, facing
-from wsnsim.systems.multiview.params import AverageOrientation, InitialOrientation, WahbaOrientation
+from wsnsim.systems.multiview.rules import AverageOrientation, InitialOrientation, WahbaOrientation
 from wsnsim.systems.multiview.viewpoints import viewpoints
 
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])

@@ -14,7 +14,8 @@ from wsnsim.geometry.rotations import quaternion_from_axis_angle
 from wsnsim.messages.search import SightingPayload
 from wsnsim.scenario.load import load_scenario, scenario_from_dict
 from wsnsim.sim.build import build
-from wsnsim.systems.multiview.params import MultiviewParams, TrackLoss
+from wsnsim.systems.multiview.params import MultiviewParams
+from wsnsim.systems.multiview.rules import TrackLoss
 from wsnsim.systems.multiview.search import Found, find, meeting_point
 from wsnsim.systems.multiview.sight import look
 from wsnsim.systems.multiview.similarity import view_similarities

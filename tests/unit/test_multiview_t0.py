@@ -15,10 +15,10 @@ from wsnsim.messages.state import StatePayload
 from wsnsim.messages.weights import WeightsPayload
 from wsnsim.rng import RandomStreams
 from wsnsim.systems.base import Basis, Belief, Scope, Site
+from wsnsim.systems.multiview.base import BaseProgram
+from wsnsim.systems.multiview.camera import CameraProgram
 from wsnsim.systems.multiview.proposal import participants, propose, spread
 from wsnsim.systems.multiview.system import SYSTEM
-from wsnsim.systems.multiview.t0_base import T0Base
-from wsnsim.systems.multiview.t0_camera import T0Camera
 from wsnsim.systems.multiview.viewpoints import nearest_viewpoint, viewpoints
 from wsnsim.vision.frame import Frame
 
@@ -33,7 +33,7 @@ def state(step: int = 1, place: np.ndarray = CENTRE, **more: object) -> StatePay
     return StatePayload(0, step, place, np.zeros(3), UPRIGHT, **more)  # type: ignore[arg-type]
 
 
-def first_state(base: T0Base) -> StatePayload:
+def first_state(base: BaseProgram) -> StatePayload:
     (send,) = base.on_start(at(0.0)).sends
     assert send.to is Scope.TREE
     assert isinstance(send.payload, StatePayload)
@@ -147,7 +147,7 @@ def test_base_and_cameras_always_agree_on_particles_and_on_who_is_asked(encoding
         )
         start = Belief(CENTRE, np.zeros(3), orientation)
         there = Site(cameras, (replace(box.target, start=start),), 4.0, 3, RandomStreams(seed))
-        base = T0Base(rule, there)
+        base = BaseProgram(rule, there)
         sent = arrived(first_state(base))
         assert isinstance(sent, StatePayload)
         track = base._tracks[0]
@@ -165,7 +165,7 @@ def test_a_camera_answers_frame_and_state_in_either_order(encoding: str, likelih
     answers = []
     rule = params(encoding=encoding, likelihood={"kind": likelihood})
     for state_first in (True, False):
-        mote = T0Camera(rule, site(), "c1", box.models())
+        mote = CameraProgram(rule, site(), "c1", box.models())
         inputs = [
             lambda mote=mote: give(mote, "base", state(), 0.1),
             lambda mote=mote: mote.on_frame(at(0.25), box.frame("c1", 1)),
@@ -187,7 +187,7 @@ def test_a_camera_answers_frame_and_state_in_either_order(encoding: str, likelih
 
 @pytest.mark.parametrize(("kind", "numbers"), [("wahba", 3), ("average", 4), ("initial", 0)])
 def test_what_a_camera_says_of_the_orientation_follows_the_rule(kind: str, numbers: int) -> None:
-    mote = T0Camera(params(orientation={"kind": kind}), site(), "c1", box.models())
+    mote = CameraProgram(params(orientation={"kind": kind}), site(), "c1", box.models())
     give(mote, "base", state(), 0.1)
     (send,) = mote.on_frame(at(0.25), box.frame("c1", 1)).sends
     assert send.payload.facing.shape == (numbers,)
@@ -199,7 +199,7 @@ def test_what_a_camera_says_of_the_orientation_follows_the_rule(kind: str, numbe
 
 
 def test_a_camera_without_the_state_of_its_frame_stays_silent_and_says_so() -> None:
-    mote = T0Camera(params(), site(), "c1", box.models())
+    mote = CameraProgram(params(), site(), "c1", box.models())
     give(mote, "base", state(), 0.1)
     assert mote.on_frame(at(0.25), box.frame("c1", 1)).sends
     assert mote.on_frame(at(0.50), box.frame("c1", 2)).sends == ()
@@ -210,7 +210,7 @@ def test_a_camera_without_the_state_of_its_frame_stays_silent_and_says_so() -> N
 
 
 def test_a_camera_that_is_not_asked_never_looks_at_its_image() -> None:
-    mote = T0Camera(params(), site({"away": AWAY}), "away", box.models())
+    mote = CameraProgram(params(), site({"away": AWAY}), "away", box.models())
     give(mote, "base", state(), 0.1)
 
     def never() -> np.ndarray:
@@ -220,13 +220,13 @@ def test_a_camera_that_is_not_asked_never_looks_at_its_image() -> None:
 
 
 def test_messages_on_a_target_that_does_not_exist_are_not_answered() -> None:
-    mote = T0Camera(params(), site(), "c1", box.models())
+    mote = CameraProgram(params(), site(), "c1", box.models())
     give(mote, "base", StatePayload(7, 1, CENTRE, np.zeros(3), UPRIGHT), 0.1)
     assert mote.on_frame(at(0.25), box.frame("c1", 1)).sends == ()
 
 
 def test_the_base_fuses_when_all_have_answered() -> None:
-    base = T0Base(params(smoothing_scans=0), site())
+    base = BaseProgram(params(smoothing_scans=0), site())
     first_state(base)
     assert give(base, "c1", weights(1), 0.30).estimates == ()
     step = give(base, "c2", weights(1), 0.31)
@@ -238,7 +238,7 @@ def test_the_base_fuses_when_all_have_answered() -> None:
 
 
 def test_the_base_uses_what_came_by_the_deadline() -> None:
-    base = T0Base(params(deadline_s=0.2), site())
+    base = BaseProgram(params(deadline_s=0.2), site())
     (timer,) = base.on_start(at(0.0)).timers
     assert timer.at == pytest.approx(0.25 + 0.2)
     give(base, "c1", weights(1), 0.30)
@@ -248,7 +248,7 @@ def test_the_base_uses_what_came_by_the_deadline() -> None:
 
 
 def test_frames_that_passed_while_the_base_waited_get_predictions() -> None:
-    base = T0Base(params(), site())
+    base = BaseProgram(params(), site())
     (timer,) = base.on_start(at(0.0)).timers
     step = base.on_timer(at(timer.at), timer.key)  # 1.8 periods after the first frame
     assert [(e.time, e.heard, e.basis) for e in step.estimates] == [
@@ -261,7 +261,7 @@ def test_frames_that_passed_while_the_base_waited_get_predictions() -> None:
 
 
 def test_the_run_ends_with_its_last_step() -> None:
-    base = T0Base(params(), site(steps=1))
+    base = BaseProgram(params(), site(steps=1))
     first_state(base)
     give(base, "c1", weights(1), 0.3)
     step = give(base, "c2", weights(1), 0.3)
@@ -271,7 +271,7 @@ def test_the_run_ends_with_its_last_step() -> None:
 
 
 def test_weights_that_do_not_belong_are_not_mixed_in() -> None:
-    base = T0Base(params(), site())
+    base = BaseProgram(params(), site())
     first_state(base)
     for source, payload, kind in (
         ("c1", weights(2), "weights_late"),
@@ -289,13 +289,13 @@ def test_weights_that_do_not_belong_are_not_mixed_in() -> None:
 
 
 def test_a_base_station_that_hears_its_own_state_does_nothing() -> None:
-    base = T0Base(params(), site())
+    base = BaseProgram(params(), site())
     sent = first_state(base)
-    assert give(base, "c1", sent, 0.3) == T0Base(params(), site()).on_frame(at(0.3), box.frame("c1", 1))
+    assert give(base, "c1", sent, 0.3) == BaseProgram(params(), site()).on_frame(at(0.3), box.frame("c1", 1))
 
 
 def test_zero_weights_of_one_camera_do_not_rule_particles_out() -> None:
-    base = T0Base(params(), site())
+    base = BaseProgram(params(), site())
     sent = first_state(base)
     sd = np.sqrt(np.trace(propose(sent, params(), site()).cov) / 3)
     left, right = np.zeros(200), np.zeros(200)
@@ -309,10 +309,10 @@ def test_zero_weights_of_one_camera_do_not_rule_particles_out() -> None:
 
 def test_the_initial_error_is_what_was_asked_for_and_the_same_each_time() -> None:
     wrong = params(initial_error={"position_sd_m": 0.3, "velocity_sd_mps": 0.1})
-    offsets = [first_state(T0Base(wrong, site())).position - CENTRE for _ in range(2)]
+    offsets = [first_state(BaseProgram(wrong, site())).position - CENTRE for _ in range(2)]
     np.testing.assert_array_equal(offsets[0], offsets[1])
     assert 0.0 < np.linalg.norm(offsets[0]) < 0.3 * 5
-    np.testing.assert_array_equal(first_state(T0Base(params(), site())).position, CENTRE)
+    np.testing.assert_array_equal(first_state(BaseProgram(params(), site())).position, CENTRE)
 
 
 @pytest.mark.parametrize("encoding", ENCODINGS)

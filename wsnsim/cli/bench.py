@@ -41,6 +41,28 @@ def vision(scenarios: tuple[Path, ...], as_json: bool, quick: bool) -> None:
         _print(measures)
 
 
+@command.command("trackers")
+@click.argument("scenario", type=click.Path(path_type=Path, exists=True, dir_okay=False))
+@click.option(
+    "--set",
+    "overrides",
+    metavar="KEY=VALUE",
+    multiple=True,
+    help="Override a value: --set system.variant=T2. Repeatable.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout.")
+@click.option("--quick", is_flag=True, help="See that everything runs; the times say little.")
+def trackers(scenario: Path, overrides: tuple[str, ...], as_json: bool, quick: bool) -> None:
+    """Time one step of the multi-view tracker of SCENARIO, stage by stage, over all its nodes."""
+    from wsnsim.bench.trackers import bench_tracker
+
+    measures = bench_tracker(scenario, overrides, quick=quick)
+    if as_json:
+        click.echo(json.dumps([asdict(measure) for measure in measures], indent=2, allow_nan=False))
+    else:
+        _print(measures)
+
+
 def _print(measures: "list[Measure]") -> None:
     width = max(len(measure.what) for measure in measures)
     for measure in measures:

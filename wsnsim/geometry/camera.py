@@ -12,7 +12,14 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wsnsim.geometry.lens import NONE, Distortion, distort, farthest_image, undistort
+from wsnsim.geometry.lens import (
+    NONE,
+    Distortion,
+    distort,
+    distortion_jacobians,
+    farthest_image,
+    undistort,
+)
 from wsnsim.types import FloatArray
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -179,6 +186,19 @@ class PinholeCamera:
             pixels = self.focal_px * distort(seen[:, :2] / in_front[:, None], self.distortion)
             pixels += np.array(self.principal_point)
         return pixels, depths
+
+    def jacobians(self, points: FloatArray) -> FloatArray:
+        """Return the derivatives (n, 2, 3) of pixels by points (n, 3) [px/m]; NaN behind the camera."""
+        seen = self.to_camera_axes(points)
+        depths = np.where(seen[:, 2] > 0.0, seen[:, 2], np.nan)
+        flat = seen[:, :2] / depths[:, None]
+        bends = np.zeros((len(points), 2, 3))
+        bends[:, 0, 0] = bends[:, 1, 1] = 1.0
+        bends[:, :, 2] = -flat
+        bends *= (self.focal_px / depths)[:, None, None]
+        if self.distortion != NONE:
+            bends = distortion_jacobians(flat, self.distortion) @ bends
+        return np.asarray(bends @ self.rotation, dtype=np.float64)
 
     def rays(self, pixels: FloatArray) -> FloatArray:
         """Return the rays that meet the image at `pixels`: the inverse of `project`.

@@ -1,21 +1,19 @@
-"""Tracker T0 at the base station: weights of synchronised particles come in, an estimate goes out.
+"""What runs at the base station, whatever the tracker: ask, collect, fuse, go on.
 
-Kushwaha & Koutsoukos 2013, Algorithm 1, in the mended form. One step k:
+Kushwaha & Koutsoukos 2013, Algorithms 1 and 2, the base station's part, in the mended
+form. One step k:
 
-1. the base station sends the target's state to all motes;
-2. each camera that the predicted particles fall into compares them with its
-   image and sends one weight a particle;
-3. when all have answered, or at the deadline, the base station multiplies the
-   weights, takes their mean or best particle, corrects its Kalman filter, and goes on with
-   the next frame to come. Frames that passed meanwhile get a prediction.
+1. the base station sends the targets' states to all motes;
+2. each camera that the predicted particles fall into answers from its image, in the
+   way of the tracker that runs;
+3. when all have been heard of, or at the deadline, the base station fuses what came,
+   corrects its Kalman filter, and goes on with the next frame to come. Frames that
+   passed meanwhile get a prediction.
 
-Every message carries its step; weights of another step are not mixed in. A track that
-the images no longer bear out is given up, and the target looked for until the rays of
-enough cameras have met twice.
-
-The position and covariance of an update are those of the weighted particles.
-A sharpened Bhattacharyya coefficient is no calibrated likelihood: in setup A
-the covariance is three to four times too wide.
+Every message carries its step; what belongs to another is not mixed in. A message of
+cameras of which one has been heard already counts for nothing. The states of several
+targets go out as one message. A track that the images no longer bear out is given up,
+and the target looked for (`quests`).
 """
 
 from dataclasses import replace
@@ -23,7 +21,12 @@ from dataclasses import replace
 import numpy as np
 
 from wsnsim.hardware.work import Work
-from wsnsim.messages.search import SearchPayload, SightingPayload
+from wsnsim.messages.base import Payload
+from wsnsim.messages.batch import batched, parts_of
+from wsnsim.messages.mixture import MixturePayload
+from wsnsim.messages.ray import RayPayload
+from wsnsim.messages.search import SightingPayload
+from wsnsim.messages.state import StatePayload
 from wsnsim.messages.weights import WeightsPayload
 from wsnsim.systems.base import (
     Basis,
@@ -36,39 +39,44 @@ from wsnsim.systems.base import (
     Site,
     Step,
     Timer,
-    TrackEstimate,
 )
-from wsnsim.systems.multiview.filtering import advance, appear, position_cov, start
-from wsnsim.systems.multiview.following import Fusion, begin, fuse, next_step, revisions
+from wsnsim.systems.multiview.filtering import position_cov, start
+from wsnsim.systems.multiview.following import Fusion, begin, fuse, revisions
 from wsnsim.systems.multiview.history import History
+from wsnsim.systems.multiview.mixing import plausible
 from wsnsim.systems.multiview.orientation import Attitude
 from wsnsim.systems.multiview.params import MultiviewParams
-from wsnsim.systems.multiview.search import meeting_point
-from wsnsim.systems.multiview.t0_camera import DRAW_FLOATS
+from wsnsim.systems.multiview.proposal import DRAW_FLOATS
+from wsnsim.systems.multiview.quests import meet, seek, wanted
 from wsnsim.systems.multiview.track import Quest, Track
+from wsnsim.systems.multiview.variants import Report, Said, variant
 from wsnsim.types import NodeId, Seconds
 from wsnsim.vision.frame import Frame
 
-_FUSE_FLOATS = 25.0  # one particle and camera: logarithm and sum; its part of mean and covariance
-_MEET_FLOATS = 300.0  # two rays: their nearest point, its distance from the others
-_REPEAT_S = 1.0
-"""How often the cameras are told anew to look for a target: a search may be lost on its way."""
+_RELEASE = "states"
+_LATEST = 0.9
+"""Part of a period after a frame at which the states for the next one go out at the latest."""
 
 
-class T0Base:
-    """What runs at the base station: collect, multiply, estimate, send the next state."""
+class BaseProgram:
+    """What runs at the base station."""
 
     def __init__(self, params: MultiviewParams, site: Site) -> None:
         self._params = params
         self._site = site
+        self._variant = variant(params.variant)
+        self._cameras = tuple(site.cameras)
         self._tracks: list[Track | Quest] = []
+        self._held: list[StatePayload] = []
 
     def on_start(self, ctx: Context) -> Step:
         """Send every target's initial state, give or take the error asked for, or have it looked for."""
         steps = []
         for number, target in enumerate(self._site.targets):
             if self._params.start == "automatic":
-                steps.append(self._seek(number, 1, None))
+                quest, step = seek(self._params, self._site, number, 1, None)
+                self._tracks.append(quest)
+                steps.append(step)
                 continue
             error = self._params.initial_error
             draws = self._site.streams.stream("initial_error", number).standard_normal(6)
@@ -78,66 +86,93 @@ class T0Base:
                 target.start.orientation,
             )
             history = History(self._params.smoothing_scans)
-            track = begin(
-                self._params,
-                self._site,
-                number,
-                start(belief, error),
-                Attitude(belief.orientation),
-                1,
-                0.0,
-                history,
+            state, attitude = start(belief, error), Attitude(belief.orientation)
+            steps.append(
+                self._follow(begin(self._params, self._site, number, state, attitude, 1, 0.0, history))
             )
-            steps.append(self._follow(track))
-        return _together(*steps)
+        return _together(*steps, self._release(ctx.now))
 
     def on_frame(self, ctx: Context, frame: Frame) -> Step:
         """Do nothing: a base station has no camera."""
         return Step()
 
     def on_payload(self, ctx: Context, message: Received) -> Step:
-        """Take weights, and fuse when all that were asked have answered; or take a sighting."""
-        source, payload = message.source, message.payload
-        if not isinstance(payload, (WeightsPayload, SightingPayload)):
-            return Step()
-        if payload.target >= len(self._tracks):
-            return Step(notes=(Note(f"{payload.kind}_refused", f"{source}: no target {payload.target}"),))
-        if source not in self._site.cameras:
-            return Step(notes=(Note(f"{payload.kind}_refused", f"{source}: is no camera"),))
-        track = self._tracks[payload.target]
-        if isinstance(payload, SightingPayload):
-            if isinstance(track, Quest) and self._wanted(payload, track):
-                track.sightings[source] = payload
-                return Step()
-        elif isinstance(track, Track) and payload.step == track.step:
-            refusal = self._refusal(source, payload, track)
-            if refusal:
-                return Step(notes=(Note("weights_refused", f"{source}: {refusal}"),))
-            track.reports[source] = payload
-            return self._fuse(track, ctx.now) if len(track.reports) == len(track.asked) else Step()
-        detail = f"{source}: {payload.kind} of step {payload.step} came during step {track.step}"
-        return Step(notes=(Note(f"{payload.kind}_late", detail),))
+        """Take what cameras say, and fuse when all that were asked have answered; or take sightings."""
+        steps = [self._take(ctx, message.source, payload) for payload in parts_of(message.payload)]
+        return _together(*steps, self._release(ctx.now))
 
     def on_timer(self, ctx: Context, key: str) -> Step:
-        """Fuse what has come by the deadline, or see whether the sightings of a step meet."""
-        number, step = (int(part) for part in key.split(":"))
+        """Fuse what has come by the deadline, see whether the sightings of a step meet, or send states."""
+        kind, _, number_step = key.partition(":")
+        if kind == _RELEASE:
+            return self._release(ctx.now, at_once=True)
+        number, step = int(kind), int(number_step)
         track = self._tracks[number]
         if track.step != step:
             return Step()
-        return self._fuse(track, ctx.now) if isinstance(track, Track) else self._meet(track, ctx.now)
+        done = self._fuse(track, ctx.now) if isinstance(track, Track) else self._meet(track, ctx.now)
+        return _together(done, self._release(ctx.now))
 
-    def _refusal(self, source: NodeId, payload: WeightsPayload, track: Track) -> str:
-        """Return why weights are of no use, or nothing."""
-        if payload.weights.size != self._params.particles:
-            return f"{payload.weights.size} weights for {self._params.particles} particles"
-        return "" if source in track.asked else f"was not asked at step {track.step}"
+    def _take(self, ctx: Context, source: NodeId, payload: Payload) -> Step:
+        """Take one payload."""
+        if not isinstance(payload, (WeightsPayload, MixturePayload, RayPayload, SightingPayload)):
+            return Step()
+        if payload.target >= len(self._tracks):
+            return _refused(payload.kind, source, f"no target {payload.target}")
+        track = self._tracks[payload.target]
+        if isinstance(payload, SightingPayload):
+            if source not in self._site.cameras:
+                return _refused(payload.kind, source, "is no camera")
+            if isinstance(track, Quest) and wanted(self._params, self._site, payload, track):
+                track.sightings[source] = payload
+                return Step()
+        elif isinstance(track, Track) and payload.step == track.step:
+            cameras = self._cameras_of(source, payload)
+            refusal = self._refusal(cameras, payload, track)
+            if refusal:
+                return _refused(payload.kind, source, refusal)
+            track.reports.append(Report(cameras, payload))
+            return self._fuse(track, ctx.now) if track.heard >= set(track.asked) else Step()
+        detail = f"{source}: {payload.kind} of step {payload.step} came during step {track.step}"
+        return Step(notes=(Note(f"{payload.kind}_late", detail),))
+
+    def _cameras_of(self, source: NodeId, said: Said) -> tuple[NodeId, ...]:
+        """Return whose images are in what was said; of a number that no camera has, the number."""
+        if not isinstance(said, MixturePayload):
+            return (source,)
+        known = len(self._cameras)
+        return tuple(
+            self._cameras[number] if number < known else f"camera {number}" for number in said.cameras
+        )
+
+    def _refusal(self, cameras: tuple[NodeId, ...], said: Said, track: Track) -> str:
+        """Return why something said is of no use, or nothing."""
+        if not isinstance(said, self._variant.said):
+            return f"tracker {self._params.variant} has no use for it"
+        strangers = [camera for camera in cameras if camera not in self._site.cameras]
+        if strangers:
+            return f"{', '.join(strangers)}: is no camera"
+        unasked = [camera for camera in cameras if camera not in track.asked]
+        if unasked:
+            return f"{', '.join(unasked)}: was not asked at step {track.step}"
+        again = track.heard.intersection(cameras)
+        if again:
+            return f"{', '.join(sorted(again))}: heard already at step {track.step}"
+        if isinstance(said, WeightsPayload) and said.weights.size != self._params.particles:
+            return f"{said.weights.size} weights for {self._params.particles} particles"
+        if isinstance(said, MixturePayload) and said.mixture.dimension != self._variant.dimension:
+            return f"a mixture in {said.mixture.dimension} dimensions, not {self._variant.dimension}"
+        if isinstance(said, MixturePayload) and len(cameras) > 1 and not self._variant.fused_on_the_way:
+            return f"tracker {self._params.variant} hears each camera by itself, got {len(cameras)} in one"
+        if isinstance(said, MixturePayload) and not plausible(said.mixture):
+            return "a mixture that no particles make"
+        return ""
 
     def _fuse(self, track: Track, now: Seconds) -> Step:
         """Estimate a step; then follow the target, or look for it where the images do not show it."""
         params, site, loss = self._params, self._site, self._params.loss
         fusion = fuse(params, site, track, now)
-        work = Work(float_ops=params.particles * (len(track.reports) + 1) * _FUSE_FLOATS)
-        done = Step(work=work, estimates=fusion.estimates)
+        done = Step(work=fusion.work, estimates=fusion.estimates)
         if fusion.upcoming > site.steps:
             track.step = fusion.upcoming
             return done
@@ -161,14 +196,26 @@ class T0Base:
         return f"{self._site.targets[number].id}: not borne out by any image for {bad_s:g} s"
 
     def _follow(self, track: Track) -> Step:
-        """Send the state from which the cameras predict a step; nobody asked, nothing to wait for."""
+        """Hold the state from which the cameras predict a step; nobody asked, nothing to wait for."""
         self._tracks[track.number : track.number + 1] = [track]
+        self._held.append(track.sent)
         wait = self._params.deadline(self._site.rate_hz) if track.asked else 0.0
         return Step(
-            sends=(Send(Scope.TREE, track.sent),),
             timers=(Timer(f"{track.number}:{track.step}", track.step / self._site.rate_hz + wait),),
             work=Work(float_ops=self._params.particles * DRAW_FLOATS * len(self._site.cameras)),
         )
+
+    def _release(self, now: Seconds, at_once: bool = False) -> Step:
+        """Send the states that are held as one message, as soon as no other can join them in time."""
+        if not self._held:
+            return Step()
+        upcoming = min(state.step for state in self._held)
+        latest = (upcoming - 1 + _LATEST) / self._site.rate_hz
+        waiting = any(isinstance(track, Track) and track.step < upcoming for track in self._tracks)
+        if waiting and not at_once and now < latest:
+            return Step(timers=(Timer(f"{_RELEASE}:{upcoming}", latest),))
+        states, self._held = sorted(self._held, key=lambda state: state.target), []
+        return Step(sends=(Send(Scope.TREE, batched(states)),))
 
     def _give_up(self, track: Track, fusion: Fusion) -> Step:
         """Smooth what is left of a track, and have the target looked for from where it was last."""
@@ -182,87 +229,27 @@ class T0Base:
             heard=0,
         )
         ended = Step(estimates=tuple(revisions(self._site, track, rest)))
-        return _together(ended, self._seek(track.number, fusion.upcoming, last))
-
-    def _seek(self, number: int, step: int, last: TrackEstimate | None) -> Step:
-        """Have the cameras look for a target from `step` on."""
-        self._tracks[number : number + 1] = [Quest(number, step, step, last)]
-        return Step(
-            sends=(Send(Scope.TREE, SearchPayload(number, step)),), timers=(self._collected(number, step),)
-        )
-
-    def _wanted(self, sighting: SightingPayload, quest: Quest) -> bool:
-        """Tell whether a sighting is recent, and of an image after those that met before."""
-        return self._recent(sighting.step, quest.step) and (quest.met is None or sighting.step > quest.met[0])
-
-    def _recent(self, seen: int, step: int) -> bool:
-        """Tell whether what was seen still says something at a step: slow motes search for several frames."""
-        return step - seen <= self._params.searching.after_s * self._site.rate_hz
+        quest, step = seek(self._params, self._site, track.number, fusion.upcoming, last)
+        self._tracks[track.number : track.number + 1] = [quest]
+        return _together(ended, step)
 
     def _meet(self, quest: Quest, now: Seconds) -> Step:
-        """Take where the cameras' last sightings meet; the second such place begins a track."""
-        target, loss = self._site.targets[quest.number], self._params.searching
-        work = Work(float_ops=_MEET_FLOATS * len(quest.sightings) ** 2)
-        reach_m = float(target.semi_axes_m.max())
-        meeting = meeting_point(quest.sightings, self._site.cameras, reach_m, loss.cameras_min)
-        if meeting is None:
-            return _together(Step(work=work), self._go_on(quest))
-        place, cameras = meeting
-        seen = max(quest.sightings[camera].step for camera in cameras)
-        if quest.met is None or not self._recent(quest.met[0], seen):
-            # a second meeting must rest on other images
-            again = replace(quest, met=(seen, place), sightings={})
-            return _together(Step(work=work), self._go_on(again))
-        apart = (seen - quest.met[0]) / self._site.rate_hz
-        state = appear(place, (place - quest.met[1]) / apart, 0.5 * reach_m, apart)
-        orientation = target.start.orientation if quest.last is None else quest.last.belief.orientation
-        upcoming, estimates = next_step(self._site, seen, now), []
-        for step in range(seen, min(upcoming, self._site.steps + 1)):
-            if step > seen:
-                state = advance(state, 1.0 / self._site.rate_hz, self._params.acceleration_sd_mps2)
-            estimates.append(
-                TrackEstimate(
-                    time=step / self._site.rate_hz,
-                    track=target.id,
-                    belief=Belief(state.mean[:3], state.mean[3:], orientation),
-                    cov=position_cov(state),
-                    basis=Basis.UPDATE if step == seen else Basis.SKIPPED,
-                    asked=len(self._site.cameras) if step == seen else 0,
-                    heard=len(cameras) if step == seen else 0,
-                )
-            )
-        note = Note("track_started", f"{target.id}: seen by {', '.join(cameras)}")
-        done = Step(work=work, estimates=tuple(estimates), notes=(note,))
-        if upcoming > self._site.steps:
-            quest.step = upcoming
+        """Go on looking for a target, or follow it where it was found."""
+        params, site = self._params, self._site
+        found, done = meet(params, site, quest, now)
+        if isinstance(found, Quest):
+            self._tracks[quest.number : quest.number + 1] = [found]
             return done
-        history = History(self._params.smoothing_scans)
-        track = begin(
-            self._params, self._site, quest.number, state, Attitude(orientation), upcoming, 0.0, history
-        )
+        if found.upcoming > site.steps:
+            quest.step = found.upcoming
+            return done
+        history = History(params.smoothing_scans)
+        track = begin(params, site, quest.number, found.state, found.attitude, found.upcoming, 0.0, history)
         return _together(done, self._follow(track))
 
-    def _go_on(self, quest: Quest) -> Step:
-        """Collect the sightings of the next step; tell the cameras again now and then."""
-        rate_hz = self._site.rate_hz
-        held = () if quest.last is None else (replace(quest.last, time=quest.step / rate_hz),)
-        step = quest.step + 1
-        if step > self._site.steps:
-            quest.step = step
-            return Step(estimates=held)
-        again = step - quest.asked_at >= _REPEAT_S * rate_hz
-        recent = {
-            node: sighting for node, sighting in quest.sightings.items() if self._recent(sighting.step, step)
-        }
-        asked_at = step if again else quest.asked_at
-        self._tracks[quest.number] = replace(quest, step=step, asked_at=asked_at, sightings=recent)
-        sends = (Send(Scope.TREE, SearchPayload(quest.number, step)),) if again else ()
-        return Step(sends=sends, timers=(self._collected(quest.number, step),), estimates=held)
 
-    def _collected(self, number: int, step: int) -> Timer:
-        """Return when the sightings of a step are in."""
-        rate_hz = self._site.rate_hz
-        return Timer(f"{number}:{step}", step / rate_hz + min(self._params.deadline(rate_hz), 0.9 / rate_hz))
+def _refused(kind: str, source: NodeId, why: str) -> Step:
+    return Step(notes=(Note(f"{kind}_refused", f"{source}: {why}"),))
 
 
 def _together(*steps: Step) -> Step:

@@ -10,7 +10,7 @@ import numpy as np
 from wsnsim.estimation.kalman import Gaussian, constant_velocity, predict, update
 from wsnsim.estimation.particles import Evidence
 from wsnsim.systems.base import Belief
-from wsnsim.systems.multiview.params import InitialError
+from wsnsim.systems.multiview.rules import InitialError
 from wsnsim.types import FloatArray, Seconds
 
 _START_POSITION_SD_M = 0.01

@@ -1,32 +1,29 @@
-"""A track from step to step: send a state, fuse the weights that come back.
+"""A track from step to step: send a state, fuse what comes back.
 
 Kushwaha & Koutsoukos 2013, Algorithm 1, lines 11–15.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from wsnsim.estimation.kalman import Gaussian
-from wsnsim.estimation.particles import (
-    Evidence,
-    mean_and_cov,
-    normalised,
-    spacing_variance,
-    without_prior,
-)
+from wsnsim.estimation.particles import Evidence, without_prior
+from wsnsim.hardware.work import Work
+from wsnsim.messages.mixture import MixturePayload
 from wsnsim.messages.state import StatePayload
+from wsnsim.messages.weights import WeightsPayload
 from wsnsim.systems.base import Basis, Belief, Site, TrackEstimate
-from wsnsim.systems.multiview.estimators import position_estimate
 from wsnsim.systems.multiview.filtering import advance, correct, position_cov
 from wsnsim.systems.multiview.history import History
 from wsnsim.systems.multiview.orientation import Attitude, corrected
-from wsnsim.systems.multiview.params import FixedNoise, MultiviewParams
+from wsnsim.systems.multiview.params import MultiviewParams
 from wsnsim.systems.multiview.proposal import participants, propose, spread
+from wsnsim.systems.multiview.rules import FixedNoise
 from wsnsim.systems.multiview.track import Track
-from wsnsim.types import Seconds
-
-_LEAST_WEIGHT = 1e-12
+from wsnsim.systems.multiview.variants import Question, Report, variant
+from wsnsim.types import FloatArray, NodeId, Seconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +37,7 @@ class Fusion:
     upcoming : the next step that can be measured
     bad_s : for how long the images have not borne the track out [s]
     history : beliefs that are not smoothed yet
+    work : what it cost
     """
 
     estimates: tuple[TrackEstimate, ...]
@@ -48,6 +46,7 @@ class Fusion:
     upcoming: int
     bad_s: Seconds
     history: History
+    work: Work
 
 
 def begin(
@@ -82,13 +81,13 @@ def begin(
     proposal = propose(heard, params, site)
     asked = participants(site, proposal, heard, params)
     turned = replace(turned, orientation=heard.orientation)
-    return Track(state, turned, step, sent, proposal, asked, bad_s, history)
+    return Track(state, turned, step, sent, heard, proposal, asked, bad_s, history)
 
 
 def fuse(params: MultiviewParams, site: Site, track: Track, now: Seconds) -> Fusion:
     """Estimate the step being measured, and predict those that passed meanwhile."""
     dt, acceleration_sd = 1.0 / site.rate_hz, params.acceleration_sd_mps2
-    estimate, state, attitude = _measured(params, site, track)
+    estimate, state, attitude, work = _measured(params, site, track)
     estimates, history = [estimate], track.history.followed_by(track.step, state)
     upcoming = next_step(site, track.step, now)
     for step in range(track.step + 1, min(upcoming, site.steps + 1)):
@@ -101,7 +100,7 @@ def fuse(params: MultiviewParams, site: Site, track: Track, now: Seconds) -> Fus
     estimates += revisions(site, track, ripe)
     passed_s = (upcoming - track.step) * dt
     bad_s = 0.0 if _borne_out(params, track) else track.bad_s + passed_s
-    return Fusion(tuple(estimates), state, attitude, upcoming, bad_s, history)
+    return Fusion(tuple(estimates), state, attitude, upcoming, bad_s, history, work)
 
 
 def next_step(site: Site, step: int, now: Seconds) -> int:
@@ -114,40 +113,50 @@ def revisions(site: Site, track: Track, beliefs: tuple[tuple[int, Gaussian], ...
     return [_stated(site, track, belief, track.attitude, step, Basis.SMOOTHED) for step, belief in beliefs]
 
 
-def _measured(params: MultiviewParams, site: Site, track: Track) -> tuple[TrackEstimate, Gaussian, Attitude]:
+def _measured(
+    params: MultiviewParams, site: Site, track: Track
+) -> tuple[TrackEstimate, Gaussian, Attitude, Work]:
     """Return the estimate of the track's step, and the filter's belief and the attitude after it."""
-    predicted = advance(track.state, 1.0 / site.rate_hz, params.acceleration_sd_mps2)
+    dt = 1.0 / site.rate_hz
+    predicted = advance(track.state, dt, params.acceleration_sd_mps2)
     if not track.reports:
         basis = Basis.TIMED_OUT if track.asked else Basis.UNASKED
-        return _stated(site, track, predicted, track.attitude, track.step, basis), predicted, track.attitude
-    proposal = track.proposal
-    # a weight of zero from one camera is not proof: it must not rule a particle out for all
-    logs = [np.log(np.maximum(report.relative(), _LEAST_WEIGHT)) for report in track.reports.values()]
-    weights = normalised(np.sum(logs, axis=0))
-    mean, cov = mean_and_cov(proposal.particles, weights)
-    position = position_estimate(
-        params.estimator, proposal.particles, weights, predicted.mean[:3], position_cov(predicted)
-    )
+        estimate = _stated(site, track, predicted, track.attitude, track.step, basis)
+        return estimate, predicted, track.attitude, Work()
+    question = Question(track.heard_state, track.proposal, predicted)
+    posterior = variant(params.variant).posterior(params, site, question, track.reports)
     noise = params.measurement_noise
     if isinstance(noise, FixedNoise):
-        evidence = Evidence(position, np.eye(3), noise.sd_m**2 * np.eye(3))
+        evidence = Evidence(posterior.position, np.eye(3), noise.sd_m**2 * np.eye(3))
     else:
-        unresolved = spacing_variance(proposal.cov, params.particles)
-        evidence = without_prior(mean, cov, proposal.mean, proposal.cov, unresolved)
+        prior = posterior.prior
+        evidence = without_prior(posterior.mean, posterior.cov, prior.mean, prior.cov, posterior.unresolved)
     state = correct(predicted, evidence)
-    said = {node: report.facing for node, report in track.reports.items()}
-    dt = 1.0 / site.rate_hz
-    attitude = corrected(track.attitude, said, site.cameras, position, params.orientation, dt)
+    attitude = corrected(
+        track.attitude, _facings(track.reports), site.cameras, posterior.position, params.orientation, dt
+    )
     estimate = TrackEstimate(
         time=track.step / site.rate_hz,
         track=site.targets[track.number].id,
-        belief=Belief(position, state.mean[3:], attitude.orientation),
-        cov=cov,
+        belief=Belief(posterior.position, state.mean[3:], attitude.orientation),
+        cov=posterior.cov,
         basis=Basis.UPDATE,
         asked=len(track.asked),
-        heard=len(track.reports),
+        heard=len(track.heard),
     )
-    return estimate, state, attitude
+    return estimate, state, attitude, posterior.work
+
+
+def _facings(reports: Sequence[Report]) -> dict[NodeId, FloatArray]:
+    """Return what each camera said of the orientation; a ray says nothing of it."""
+    facings: dict[NodeId, FloatArray] = {}
+    for report in reports:
+        said = report.said
+        if isinstance(said, WeightsPayload):
+            facings[report.cameras[0]] = said.facing
+        elif isinstance(said, MixturePayload):
+            facings.update(zip(report.cameras, said.facings, strict=True))
+    return facings
 
 
 def _stated(
@@ -167,5 +176,5 @@ def _stated(
 
 def _borne_out(params: MultiviewParams, track: Track) -> bool:
     """Tell whether an image shows something like the target where the track has it."""
-    best = max((report.similarity for report in track.reports.values()), default=0.0)
+    best = max((report.said.similarity for report in track.reports), default=0.0)
     return params.loss is None or best >= params.loss.similarity_min

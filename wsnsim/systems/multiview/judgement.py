@@ -4,13 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wsnsim.geometry.camera import PinholeCamera
 from wsnsim.hardware.work import Work
 from wsnsim.systems.multiview.log_ratio import log_ratios
-from wsnsim.systems.multiview.params import LogRatioLikelihood, MultiviewParams, RawLikelihood
-from wsnsim.systems.multiview.proposal import Proposal
-from wsnsim.systems.multiview.reference_model import ReferenceModel
-from wsnsim.systems.multiview.sight import Sight, facing_viewpoint
+from wsnsim.systems.multiview.params import MultiviewParams
+from wsnsim.systems.multiview.rules import LogRatioLikelihood, RawLikelihood
+from wsnsim.systems.multiview.sight import Sight
 from wsnsim.systems.multiview.similarity import compare
 from wsnsim.types import BoolArray, FloatArray
 
@@ -34,30 +32,23 @@ class Judgement:
 
 
 def judge(
-    sight: Sight,
-    camera: PinholeCamera,
-    proposal: Proposal,
-    orientation: FloatArray,
-    model: ReferenceModel,
-    params: MultiviewParams,
+    sight: Sight, sqrt_colour: FloatArray, sqrt_texture: FloatArray, params: MultiviewParams
 ) -> Judgement:
     """Weigh particles by the likelihood that the parameters name.
 
     Parameters
     ----------
-    sight : of the proposal's particles
-    orientation : (4,) of the target
+    sight : of the particles
+    sqrt_colour, sqrt_texture : (c,), (t,) roots of the reference histograms, from this side
     """
-    view = facing_viewpoint(model, camera, proposal.mean, orientation)
-    colour, texture = model.sqrt_colour[view], model.sqrt_texture[view]
     rule = params.likelihood
     if isinstance(rule, LogRatioLikelihood):
-        ratios = log_ratios(sight, colour**2, texture**2, params.colour_share, rule.clip)
+        ratios = log_ratios(sight, sqrt_colour**2, sqrt_texture**2, params.colour_share, rule.clip)
         scores = ratios.scores
-        best = compare(sight.only(int(np.argmax(scores))), colour, texture, params.colour_share)
+        best = compare(sight.only(int(np.argmax(scores))), sqrt_colour, sqrt_texture, params.colour_share)
         weights = np.exp(rule.sharpness * (scores - scores.max()))
         return Judgement(weights, float(best.rho[0]), ratios.work + best.work)
-    similarity = compare(sight, colour, texture, params.colour_share)
+    similarity = compare(sight, sqrt_colour, sqrt_texture, params.colour_share)
     rho, judged = similarity.rho, similarity.judged
     if isinstance(rule, RawLikelihood):
         # Identical histograms of nothing have ρ = 0: never a weight of all zeros.

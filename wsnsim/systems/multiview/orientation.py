@@ -26,13 +26,20 @@ from wsnsim.geometry.rotations import (
     quaternion_to_matrix,
     rotation_vector,
 )
-from wsnsim.systems.multiview.params import AverageOrientation, InitialOrientation, Orientation
+from wsnsim.systems.multiview.rules import AverageOrientation, InitialOrientation, Orientation
 from wsnsim.types import FloatArray, NodeId, Seconds
 
 _PRIOR_SHARE = 0.05
 """Weight of the orientation before in Wahba's problem: it decides what the directions leave open."""
 
 _SHORTEST = 1e-6
+
+
+def facing_numbers(rule: Orientation) -> int:
+    """Return of how many numbers `facing` is."""
+    if isinstance(rule, InitialOrientation):
+        return 0
+    return 4 if isinstance(rule, AverageOrientation) else 3
 
 
 def _mean_direction(weights: FloatArray, viewpoints: FloatArray) -> FloatArray:
@@ -104,7 +111,7 @@ def corrected(
 
     Parameters
     ----------
-    reports : what `facing` gave at each camera
+    reports : what `facing` gave at each camera; one of another rule says nothing
     cameras : at least those
     position : (3,) of the target [m]
     dt : between steps [s]
@@ -113,7 +120,12 @@ def corrected(
     ----------
     Kushwaha & Koutsoukos (2013), Sec. 4.1.4, on α; Bar-Shalom, Li, Kirubarajan (2001), sec. 6.5.1, on β.
     """
-    said = {node: report for node, report in reports.items() if np.linalg.norm(report) > _SHORTEST}
+    numbers = facing_numbers(rule)
+    said = {
+        node: report
+        for node, report in reports.items()
+        if report.size == numbers and np.linalg.norm(report) > _SHORTEST
+    }
     if isinstance(rule, InitialOrientation) or not said:
         return predicted
     limit, before = np.radians(rule.outlier_deg), predicted.orientation

@@ -13,9 +13,14 @@ from wsnsim.geometry.camera import PinholeCamera
 from wsnsim.geometry.quadrics import ellipsoid_outlines
 from wsnsim.messages.state import StatePayload
 from wsnsim.systems.base import Site
-from wsnsim.systems.multiview.params import MultiviewParams, PointParticipation, PredictedSpread
+from wsnsim.systems.multiview.params import IN_IMAGE, MultiviewParams
+from wsnsim.systems.multiview.rules import PointParticipation, PredictedSpread
 from wsnsim.types import BoolArray, FloatArray, NodeId
 
+DRAW_FLOATS = 60.0
+"""One particle: three normal draws, projection, test against the image's border."""
+VIEW_FLOATS = 15.0
+"""One particle and camera more: projection, test against the image's border."""
 _THINNEST = 1.0 / 254.0
 """Least width of a cloud against its length: rounded to 8 bits, a thinner one might be flat."""
 
@@ -96,10 +101,13 @@ def takes_part(
         within = bool(in_view(camera, proposal.mean[None])[0])
     else:
         within = float(np.mean(in_view(camera, proposal.particles))) >= rule.share_min
-    if not within or params.usable_px_min == 0.0:
+    needs_outline = params.variant in IN_IMAGE
+    if not within or (params.usable_px_min == 0.0 and not needs_outline):
         return within
     semi_axes = site.targets[state.target].semi_axes_m
     outline = ellipsoid_outlines(camera, proposal.mean[None], state.orientation, semi_axes)
+    if needs_outline and not outline.visible[0]:
+        return False
     # behind the camera or cut by its plane: the target is near, if it is there at all
     return not outline.visible[0] or pi / np.sqrt(np.linalg.det(outline.shapes[0])) >= params.usable_px_min
 

@@ -63,12 +63,22 @@ def look(
     semi_axes : (3,) [m]
     """
     outlines = ellipsoid_outlines(camera, places, orientation, semi_axes)
+    sight = look_at_outlines(image, camera, outlines, features)
+    return replace(sight, work=sight.work + Work(float_ops=len(places) * _OUTLINE_FLOATS))
+
+
+def look_at_outlines(
+    image: ByteArray, camera: PinholeCamera, outlines: Outlines, features: FeatureSpace
+) -> Sight:
+    """Find the pixels of outlines that are known already.
+
+    Parameters
+    ----------
+    image : (h, w, 3) RGB
+    """
     region = features.bin_region(image, outline_box(outlines, *camera.resolution_px))
-    work = Work(
-        int_ops=_BINNING_OPS_PER_PIXEL * region.colour.size,
-        float_ops=len(places) * _OUTLINE_FLOATS,
-        memory_bytes=3.0 * region.colour.size,
-    )
+    pixels = region.colour.size
+    work = Work(int_ops=_BINNING_OPS_PER_PIXEL * pixels, memory_bytes=3.0 * pixels)
     return Sight(outlines, region, camera.resolution_px, work)
 
 

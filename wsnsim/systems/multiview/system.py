@@ -4,6 +4,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
 from wsnsim.errors import Problem, ScenarioError
+from wsnsim.messages.mixture import MixturePayload
+from wsnsim.messages.ray import RayPayload
 from wsnsim.messages.search import SearchPayload, SightingPayload
 from wsnsim.messages.state import StatePayload
 from wsnsim.messages.weights import WeightsPayload
@@ -41,15 +43,19 @@ def _check_start(params: MultiviewParams, site: Site) -> None:
 def make_program(params: MultiviewParams, site: Site, node: NodeId, role: Role) -> Program:
     """Return what runs on `node`; all motes share one reference model, learned before the run."""
     # compiled kernels come in with the trackers: a scenario is checked without them
-    from wsnsim.systems.multiview.t0_base import T0Base
-    from wsnsim.systems.multiview.t0_camera import T0Camera
+    from wsnsim.systems.multiview.base import BaseProgram
+    from wsnsim.systems.multiview.camera import CameraProgram
+    from wsnsim.systems.multiview.relay import RelayingCamera, RelayProgram
+    from wsnsim.systems.multiview.variants import variant
 
     if role is Role.BASE:
         _check_start(params, site)
-        return T0Base(params, site)
+        return BaseProgram(params, site)
+    fused = variant(params.variant).fused_on_the_way
     if role is Role.CAMERA:
-        return T0Camera(params, site, node, _models(site, params.colour_space))
-    return SilentProgram()
+        models = _models(site, params.colour_space)
+        return (RelayingCamera if fused else CameraProgram)(params, site, node, models)
+    return RelayProgram(params, site, node) if fused else SilentProgram()
 
 
 SYSTEM = System(
@@ -57,7 +63,7 @@ SYSTEM = System(
     citation="M. Kushwaha, X. Koutsoukos: Collaborative 3D Target Tracking in Distributed Smart Camera "
     "Networks for Wide-Area Surveillance. Journal of Sensor and Actuator Networks 2(2), 316-353, 2013",
     params=MultiviewParams,
-    payloads=(StatePayload, WeightsPayload, SearchPayload, SightingPayload),
+    payloads=(StatePayload, WeightsPayload, MixturePayload, RayPayload, SearchPayload, SightingPayload),
     program=make_program,
     settle_s=MultiviewParams.deadline,
 )

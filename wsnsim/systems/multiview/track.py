@@ -5,11 +5,11 @@ from dataclasses import dataclass, field
 from wsnsim.estimation.kalman import Gaussian
 from wsnsim.messages.search import SightingPayload
 from wsnsim.messages.state import StatePayload
-from wsnsim.messages.weights import WeightsPayload
 from wsnsim.systems.base import TrackEstimate
 from wsnsim.systems.multiview.history import History
 from wsnsim.systems.multiview.orientation import Attitude
 from wsnsim.systems.multiview.proposal import Proposal
+from wsnsim.systems.multiview.variants import Report
 from wsnsim.types import FloatArray, NodeId, Seconds
 
 
@@ -22,27 +22,33 @@ class Track:
     state : belief (6,) at step - 1
     attitude : predicted for `step`
     step : the step that is being measured
-    sent : the state that the cameras predict from
+    sent, heard_state : the state that the cameras predict from, before and after its encoding
     proposal, asked : the particles they draw, and who takes part
     bad_s : for how long the images have not borne the track out [s]
     history : beliefs that are not smoothed yet
-    reports : of each camera that has answered
+    reports : in the order in which they came; no camera is in two of them
     """
 
     state: Gaussian
     attitude: Attitude
     step: int
     sent: StatePayload
+    heard_state: StatePayload
     proposal: Proposal
     asked: tuple[NodeId, ...]
     bad_s: Seconds
     history: History
-    reports: dict[NodeId, WeightsPayload] = field(default_factory=dict)
+    reports: list[Report] = field(default_factory=list)
 
     @property
     def number(self) -> int:
         """The target's."""
         return self.sent.target
+
+    @property
+    def heard(self) -> frozenset[NodeId]:
+        """Cameras whose images are in what came."""
+        return frozenset(node for report in self.reports for node in report.cameras)
 
 
 @dataclass

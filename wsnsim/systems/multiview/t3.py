@@ -1,0 +1,64 @@
+"""T3: particles in each camera's image, lifted into space; then as T2 (Sec. 5.3).
+
+Every camera draws its own particles in its image about the predicted outline, all of
+the predicted size and shape (Kushwaha & Koutsoukos 2013, Algorithm 2). Each particle
+becomes a point in space, as far along its ray as the prediction says; the mixture of
+those is fused on its way as T2's.
+"""
+
+from collections.abc import Sequence
+
+from wsnsim.hardware.work import Work
+from wsnsim.messages.mixture import MixturePayload
+from wsnsim.messages.state import StatePayload
+from wsnsim.systems.base import Site
+from wsnsim.systems.multiview import t1
+from wsnsim.systems.multiview.eye import Eye, shares
+from wsnsim.systems.multiview.image_proposal import (
+    image_prediction,
+    image_spacing_variance,
+    propose_in_image,
+)
+from wsnsim.systems.multiview.lifting import lifted
+from wsnsim.systems.multiview.mixing import at_base
+from wsnsim.systems.multiview.params import MultiviewParams
+from wsnsim.systems.multiview.proposal import Proposal
+from wsnsim.systems.multiview.variants import Posterior, Question, Report, Variant
+from wsnsim.systems.multiview.whitening import Whitening
+from wsnsim.vision.frame import Frame
+
+
+class T3Camera:
+    """Weighs particles in the image and sends a mixture in space."""
+
+    def __init__(self, eye: Eye) -> None:
+        self._eye = eye
+
+    def answer(
+        self, frame: Frame, state: StatePayload, proposal: Proposal
+    ) -> tuple[MixturePayload | None, Work]:
+        """Return the mixture of the lifted particles."""
+        eye = self._eye
+        prediction = image_prediction(eye.camera, proposal, state, eye.params, eye.site)
+        if prediction is None:
+            return None, Work()
+        cloud = propose_in_image(prediction, eye.number, state, eye.params, eye.site)
+        judgement = eye.weigh_in_image(frame, state, proposal, cloud)
+        weights = shares(judgement.weights)
+        places, cost = lifted(cloud, eye.camera, proposal)
+        said, facing_cost = eye.facing(frame, state, weights @ places)
+        points = Whitening.of(proposal.mean, proposal.cov).whitened(places)
+        payload, fitting = t1.mixture_message(eye, state, points, weights, judgement.similarity, said)
+        return payload, judgement.work + cost + facing_cost + fitting
+
+
+def posterior(
+    params: MultiviewParams, site: Site, question: Question, reports: Sequence[Report]
+) -> Posterior:
+    """Multiply the mixtures that came, as T1 does."""
+    state, proposal = question.state, question.proposal
+    rng = site.streams.stream("fusion", state.target, state.step)
+    return at_base(reports, params, proposal, image_spacing_variance(proposal, params), rng)
+
+
+VARIANT = Variant(MixturePayload, T3Camera, posterior, dimension=3, fused_on_the_way=True)
