@@ -1,7 +1,7 @@
 """wsnsim: a simulator of wireless camera networks.
 
 Pixels, trackers, packets and joules in one run. `run` does what the command
-``wsnsim run`` does; `load` reads a scenario without running it.
+``wsnsim run`` does, `sweep` what ``wsnsim sweep`` does; `load` reads a scenario without running it.
 """
 
 from importlib import import_module
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from wsnsim.runs.run import run
     from wsnsim.scenario.load import load_scenario as load
     from wsnsim.scenario.schema import Scenario
+    from wsnsim.sweeps.sweep import Sweep, sweep
 
 __version__ = "0.1.0"
 
@@ -22,9 +23,11 @@ __all__ = [
     "Scenario",
     "ScenarioError",
     "SimulationError",
+    "Sweep",
     "WsnsimError",
     "load",
     "run",
+    "sweep",
 ]
 
 _HOMES = {
@@ -33,9 +36,11 @@ _HOMES = {
     "Scenario": ("wsnsim.scenario.schema", "Scenario"),
     "ScenarioError": ("wsnsim.errors", "ScenarioError"),
     "SimulationError": ("wsnsim.errors", "SimulationError"),
+    "Sweep": ("wsnsim.sweeps.sweep", "Sweep"),
     "WsnsimError": ("wsnsim.errors", "WsnsimError"),
     "load": ("wsnsim.scenario.load", "load_scenario"),
     "run": ("wsnsim.runs.run", "run"),
+    "sweep": ("wsnsim.sweeps.sweep", "sweep"),
 }
 
 

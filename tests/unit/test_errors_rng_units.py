@@ -65,9 +65,11 @@ def test_the_public_names_are_these_and_no_others() -> None:
         "Scenario",
         "ScenarioError",
         "SimulationError",
+        "Sweep",
         "WsnsimError",
         "load",
         "run",
+        "sweep",
     ]
     for name in wsnsim.__all__:
         assert getattr(wsnsim, name) is not None

@@ -15,8 +15,9 @@ from wsnsim.scenario.yaml_marks import read_yaml
 jsonschema = pytest.importorskip("jsonschema")
 
 ROOT = Path(__file__).parents[2]
-SHIPPED = sorted((ROOT / "scenarios").rglob("*.yaml")) + [
-    ROOT / "wsnsim" / "cli" / "assets" / "scenario.yaml"
+SHIPPED = [
+    *sorted(file for file in (ROOT / "scenarios").rglob("*.yaml") if file.parent.name != "studies"),
+    ROOT / "wsnsim" / "cli" / "assets" / "scenario.yaml",
 ]
 
 

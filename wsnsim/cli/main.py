@@ -13,6 +13,7 @@ _NOBODY_READS = 141  # 128 + SIGPIPE, what other tools leave with
 _COMMANDS = {
     "init": "Make a folder with a scenario to begin with.",
     "run": "Run a scenario and write its results into a folder.",
+    "sweep": "Run a study: scenarios, what is varied, seeds; resumes by default.",
     "validate": "Check a scenario without running it.",
     "schema": "Write the JSON Schema of scenarios, for editors.",
     "completion": "Print what a shell needs to complete commands.",

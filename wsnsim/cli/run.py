@@ -83,7 +83,8 @@ _SHOWN = (
     ("lost_fraction", "targets lost", 100.0, "%"),
     ("unmeasured_steps", "steps without a measurement", 1.0, ""),
     ("offered_bps", "offered load", 1e-3, "kbit/s"),
-    ("delivery_ratio", "messages that reached the base", 100.0, "%"),
+    ("delivery_ratio", "content that reached the base", 100.0, "%"),
+    ("heard_ratio", "answers heard of those asked", 100.0, "%"),
     ("latency_p95_s", "95 % of estimates within", 1e3, "ms"),
     ("energy_per_step_j", "energy a step, all motes", 1e3, "mJ"),
 )

@@ -40,6 +40,8 @@ def report_context(
         semi_axes_m={target.id: target.body.semi_axes_m for target in simulation.world.targets},
         scenery=simulation.world.scenery,
         walks=_walks(simulation),
+        wait_s=simulation.schedule.settle_s,
+        platforms={name: node.platform.name for name, node in simulation.nodes.items()},
     )
 
 

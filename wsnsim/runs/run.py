@@ -12,11 +12,9 @@ from wsnsim.errors import OutputError, WsnsimError
 from wsnsim.metrics.steps import steps_table
 from wsnsim.metrics.summary import summary
 from wsnsim.records import ROW_TYPES
-from wsnsim.report.page import write_report
 from wsnsim.runs.expectations import check, check_keys
 from wsnsim.runs.interrupt import Interrupts, interrupts
 from wsnsim.runs.provenance import peak_memory_bytes, provenance
-from wsnsim.runs.report_context import report_context
 from wsnsim.runs.result import Run
 from wsnsim.scenario.load import LoadedScenario, load_scenario, scenario_from_dict
 from wsnsim.scenario.resolved import resolved_yaml, scenario_hash
@@ -62,9 +60,9 @@ def run(
     """
     loaded = _load(scenario, seed, overrides)
     if out is not None:
-        return _run_into(loaded, RunFolder(Path(out)), force, progress)
+        return _run_into(loaded, RunFolder(Path(out)), force, progress, report=True)
     with TemporaryDirectory(prefix="wsnsim-") as folder:
-        result = _run_into(loaded, RunFolder(Path(folder)), force, progress)
+        result = _run_into(loaded, RunFolder(Path(folder)), force, progress, report=False)
     return Run(result.summary, result.tables, result.expectations, None)
 
 
@@ -104,7 +102,9 @@ class _Manifest:
         return round(time.monotonic() - self.began, 3)
 
 
-def _run_into(loaded: LoadedScenario, folder: RunFolder, force: bool, progress: Progress | None) -> Run:
+def _run_into(
+    loaded: LoadedScenario, folder: RunFolder, force: bool, progress: Progress | None, report: bool
+) -> Run:
     began = time.monotonic()
     folder.check(force)
     check_keys(loaded)
@@ -118,7 +118,7 @@ def _run_into(loaded: LoadedScenario, folder: RunFolder, force: bool, progress: 
     }
     with folder.held(), _room_needed(folder):
         folder.create(force)
-        return _recorded(loaded, simulation, folder, _Manifest(folder, facts, began), progress)
+        return _recorded(loaded, simulation, folder, _Manifest(folder, facts, began), progress, report)
 
 
 def _recorded(
@@ -127,6 +127,7 @@ def _recorded(
     folder: RunFolder,
     state: _Manifest,
     progress: Progress | None,
+    report: bool,
 ) -> Run:
     """Run a simulation into an empty folder, whose manifest says how it went."""
     state.mark(Status.RUNNING)
@@ -134,7 +135,7 @@ def _recorded(
         write_text(folder.scenario, resolved_yaml(loaded, folder.path))
         with interrupts() as asked, SqliteSink(folder.database) as sink:
             simulation.run(sink, _attentive(asked, progress))
-        result = _finish(loaded, simulation, folder, state)
+        result = _finish(loaded, simulation, folder, state, report)
     except BaseException as error:
         folder.discard_results()
         status = Status.INTERRUPTED if isinstance(error, KeyboardInterrupt) else Status.FAILED
@@ -183,8 +184,10 @@ def _attentive(asked: Interrupts, progress: Progress | None) -> Progress:
     return report
 
 
-def _finish(loaded: LoadedScenario, simulation: Simulation, folder: RunFolder, state: _Manifest) -> Run:
-    """Derive steps and summary from the records on disk, and write the report."""
+def _finish(
+    loaded: LoadedScenario, simulation: Simulation, folder: RunFolder, state: _Manifest, report: bool
+) -> Run:
+    """Derive steps and summary from the records on disk, and write the report where there is to be one."""
     store = RunStore(folder.database)
     tables = {row_type.table: store.table(row_type.table) for row_type in ROW_TYPES}
     cameras = {camera.node.id: camera.renderer.camera for camera in simulation.cameras}
@@ -203,8 +206,13 @@ def _finish(loaded: LoadedScenario, simulation: Simulation, folder: RunFolder, s
         simulated_s=to_s(simulation.schedule.end_ns),
         wall_s=state.wall_s(),
     )
-    largest_m = max(lost_above_m.values())
-    write_report(folder.report, report_context(loaded, simulation, tables, figures, largest_m))
+    if report:
+        # takes half a second, which runs in memory and those of a sweep have no use for
+        from wsnsim.report.page import write_report
+        from wsnsim.runs.report_context import report_context
+
+        largest_m = max(lost_above_m.values())
+        write_report(folder.report, report_context(loaded, simulation, tables, figures, largest_m))
     folder.write_summary(figures)
     expectations = check(loaded.scenario.expect, figures)
     return Run(figures, tables, expectations, folder.path)

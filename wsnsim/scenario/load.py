@@ -72,13 +72,31 @@ def load_scenario(path: str | Path, overrides: Sequence[str] = (), seed: int | N
             problems += error.problems
     if seed is not None:
         parsed.append(Override(f"--seed {seed}", ("seed",), seed))
+    return overridden_scenario(document, file, parsed, problems)
+
+
+def overridden_scenario(
+    document: Document, file: Path, overrides: Sequence[Override], problems: Sequence[Problem] = ()
+) -> LoadedScenario:
+    """Make a scenario from a file's document.
+
+    Parameters
+    ----------
+    document : what was read from `file`
+    overrides : put in one after the other
+    problems : found before, to be told together with all others
+
+    Raises
+    ------
+    ScenarioError : every problem at once
+    """
     if not isinstance(document.data, Mapping):
         got = "an empty file" if document.data is None else shown(document.data)
         message = f"must hold a mapping with keys such as name and world, got {got}"
         raise ScenarioError([Problem("", message, file), *problems])
-    overridden = apply_overrides(document.data, parsed)
+    overridden = apply_overrides(document.data, overrides)
     marks = Marks(document, overridden.arguments)
-    data = {"name": _name_of(file), **overridden.data}
+    data = {"name": name_of(file), **overridden.data}
     folder = file.absolute().parent
     return _checked(data, marks, [*document.problems, *problems, *overridden.problems], file, folder)
 
@@ -106,7 +124,7 @@ def _checked(
     data: dict[str, Any], marks: Marks, problems: Sequence[Problem], file: Path | None, base_dir: Path
 ) -> LoadedScenario:
     """Check plain data as a whole and make a scenario of it."""
-    scenario, faults = _validated(Scenario, data, {"base_dir": base_dir})
+    scenario, faults = validated(Scenario, data, {"base_dir": base_dir})
     system, params, system_faults = _system_of(data.get("system"))
     faults += [*system_faults, *cross_faults(data)]
     found = [*problems, *(marks.problem(fault) for fault in dict.fromkeys(faults))]
@@ -129,11 +147,11 @@ def _system_of(section: Any) -> "tuple[System[Any] | None, SystemParams | None, 
         system = find_system(kind)
     except ScenarioError as error:
         return None, None, [Fault(("system", "kind"), problem.message) for problem in error.problems]
-    params, faults = _validated(system.params, section, None)
+    params, faults = validated(system.params, section, None)
     return system, params, [replace(fault, path=("system", *fault.path)) for fault in faults]
 
 
-def _validated(model: type[M], data: Any, context: Any) -> tuple[M | None, list[Fault]]:
+def validated(model: type[M], data: Any, context: Any) -> tuple[M | None, list[Fault]]:
     """Check data against a model: no text for numbers, no fractions for whole numbers, lists for tuples."""
     try:
         return model.model_validate_json(json.dumps(data), strict=True, context=context), []
@@ -146,7 +164,7 @@ def _reading_order(problem: Problem) -> tuple[bool, int, int]:
     return (problem.argument is not None, problem.line or 0, problem.column or 0)
 
 
-def _name_of(file: Path) -> str:
+def name_of(file: Path) -> str:
     """Make a scenario's name of its file's."""
     kept = "".join(c if c.isalpha() or c.isdecimal() or c in "_." else "-" for c in file.stem)
     return re.sub("-+", "-", kept).strip(".-")[:MAX_NAME] or "scenario"

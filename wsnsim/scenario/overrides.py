@@ -1,8 +1,9 @@
 """Values from the command line that take the place of a scenario's: ``--set cameras[c1].focal_px=250``.
 
 A path has keys with dots between them and, in brackets, either the number of a
-list's item, from 0, or the `id` of the item. Keys that are missing on the way
-are made; list items are not. The value is read as YAML.
+list's item, from 0, or the `id` of the item, or `*` for all items. Keys that are
+missing on the way are made; list items are not. The value is read as YAML; for a
+list, ``{only: [c1, c3]}`` keeps the items with these ids.
 """
 
 import re
@@ -25,7 +26,12 @@ class ItemId:
     id: str
 
 
-Step: TypeAlias = str | int | ItemId
+@dataclass(frozen=True)
+class EveryItem:
+    """All items of a list."""
+
+
+Step: TypeAlias = str | int | ItemId | EveryItem
 
 
 @dataclass(frozen=True)
@@ -60,9 +66,10 @@ def parse_override(text: str) -> Override:
     if not equals:
         raise ScenarioError([Problem("", "must be path=value, got no =", argument=argument)])
     path = path.strip()
-    if _PATH.fullmatch(path) is None:
-        message = f"the path must look like cameras[0].focal_px, got {shown(path)}"
-        raise ScenarioError([Problem("", message, argument=argument)])
+    try:
+        steps = parse_path(path)
+    except ValueError as error:
+        raise ScenarioError([Problem("", str(error), argument=argument)]) from None
     try:
         document = read_yaml_text(value_text)
     except ScenarioError as error:
@@ -75,16 +82,30 @@ def parse_override(text: str) -> Override:
         raise ScenarioError(problems) from None
     if document.problems:
         raise ScenarioError([Problem(path, each.message, argument=argument) for each in document.problems])
-    steps: list[Step] = []
+    return Override(argument, steps, document.data)
+
+
+def parse_path(path: str) -> tuple[Step, ...]:
+    """Read a path such as ``cameras[c1].focal_px``.
+
+    Raises
+    ------
+    ValueError : what it must look like
+    """
+    if _PATH.fullmatch(path) is None:
+        raise ValueError(f"the path must look like cameras[0].focal_px, got {shown(path)}")
     if len(_STEP.findall(path)) > MAX_DEPTH:
-        raise ScenarioError([Problem("", f"the path must have at most {MAX_DEPTH} steps", argument=argument)])
-    for match in _STEP.finditer(path):
-        item = match["item"]
-        if item is None:
-            steps.append(match["key"])
-        else:
-            steps.append(int(item) if item.isdecimal() else ItemId(item))
-    return Override(argument, tuple(steps), document.data)
+        raise ValueError(f"the path must have at most {MAX_DEPTH} steps")
+    return tuple(_step(match) for match in _STEP.finditer(path))
+
+
+def _step(match: re.Match[str]) -> Step:
+    item = match["item"]
+    if item is None:
+        return match["key"]
+    if item == "*":
+        return EveryItem()
+    return int(item) if item.isdecimal() else ItemId(item)
 
 
 def apply_overrides(data: Any, overrides: Sequence[Override]) -> Overridden:
@@ -97,7 +118,7 @@ def apply_overrides(data: Any, overrides: Sequence[Override]) -> Overridden:
         except _NoPlaceError as error:
             problems.append(Problem(path_text(error.path), error.message, argument=override.argument))
         else:
-            arguments[touched] = override.argument
+            arguments |= dict.fromkeys(touched, override.argument)
     return Overridden(data, arguments, tuple(problems))
 
 
@@ -110,11 +131,13 @@ class _NoPlaceError(Exception):
         self.message = message
 
 
-def _put(node: Any, steps: tuple[Step, ...], value: Any, path: KeyPath) -> tuple[Any, KeyPath]:
-    """Return `node` with `value` at the end of `steps`, and the path of the topmost value that is new."""
+def _put(node: Any, steps: tuple[Step, ...], value: Any, path: KeyPath) -> tuple[Any, tuple[KeyPath, ...]]:
+    """Return `node` with `value` at the end of `steps`, and the paths of the topmost values that are new."""
     if not steps:
-        return value, path
+        return (_chosen(node, value["only"], path) if _is_choice(node, value) else value), (path,)
     step, rest = steps[0], steps[1:]
+    if isinstance(step, EveryItem):
+        return _put_everywhere(node, rest, value, path)
     if not isinstance(step, str):
         index = _index(node, step, path)
         item, touched = _put(node[index], rest, value, (*path, index))
@@ -125,10 +148,33 @@ def _put(node: Any, steps: tuple[Step, ...], value: Any, path: KeyPath) -> tuple
     at = (*path, step)
     new, touched = _put(entries.get(step), rest, value, at)
     if node is None:
-        touched = path
+        touched = (path,)
     elif step not in entries:
-        touched = at
+        touched = (at,)
     return {**entries, step: new}, touched
+
+
+def _put_everywhere(
+    node: Any, steps: tuple[Step, ...], value: Any, path: KeyPath
+) -> tuple[list[Any], tuple[KeyPath, ...]]:
+    if not isinstance(node, list):
+        what = "no such key" if node is None else shown(node)
+        raise _NoPlaceError(path, f"must be a list to have items [*], got {what}")
+    items = [_put(item, steps, value, (*path, index)) for index, item in enumerate(node)]
+    return [item for item, _ in items], tuple(place for _, touched in items for place in touched)
+
+
+def _is_choice(node: Any, value: Any) -> bool:
+    """Tell ``{only: [...]}``, put where a list stands, from a value of its own."""
+    return isinstance(node, list) and isinstance(value, Mapping) and set(value) == {"only"}
+
+
+def _chosen(items: list[Any], wanted: Any, path: KeyPath) -> list[Any]:
+    """Return the items that are wanted, in their order in the list."""
+    if not isinstance(wanted, list) or not all(isinstance(each, str) for each in wanted):
+        raise _NoPlaceError(path, f"only: must be a list of ids, got {shown(wanted)}")
+    kept = {_index(items, ItemId(each), path) for each in wanted}
+    return [item for index, item in enumerate(items) if index in kept]
 
 
 def _index(node: Any, step: int | ItemId, path: KeyPath) -> int:

@@ -33,9 +33,9 @@ def write_table(path: Path, name: str, frame: pd.DataFrame) -> None:
         raise ValueError(f"table must not be one of the run's records, got {name!r}")
     if not path.is_file():
         raise OutputError(f"{path}: results file must exist; run the scenario first")
-    declared = ", ".join(f"{quoted(str(c))} {_sql_type(frame[c])}" for c in frame.columns)
+    declared = ", ".join(f"{quoted(str(c))} {sql_type(frame[c])}" for c in frame.columns)
     marks = ", ".join("?" * len(frame.columns))
-    columns = [_values(frame[c]) for c in frame.columns]
+    columns = [plain_values(frame[c]) for c in frame.columns]
     try:
         with closing(sqlite3.connect(path)) as connection:
             check_version(connection, path)
@@ -50,7 +50,8 @@ def write_table(path: Path, name: str, frame: pd.DataFrame) -> None:
         raise cannot_write(path, error) from error
 
 
-def _sql_type(column: "pd.Series[Any]") -> str:
+def sql_type(column: "pd.Series[Any]") -> str:
+    """Return the type that a column is declared with."""
     if pd.api.types.is_bool_dtype(column.dtype):
         return "BOOLEAN"
     if pd.api.types.is_integer_dtype(column.dtype):
@@ -60,7 +61,7 @@ def _sql_type(column: "pd.Series[Any]") -> str:
     return "TEXT"
 
 
-def _values(column: "pd.Series[Any]") -> list[Any]:
+def plain_values(column: "pd.Series[Any]") -> list[Any]:
     """Return plain Python values, None for missing ones."""
     missing = column.isna().tolist()
     return [None if gone else value for value, gone in zip(column.tolist(), missing, strict=True)]

@@ -61,7 +61,7 @@ class RunStore:
             rows = self._fetch(connection, f"SELECT * FROM {quoted(name)} ORDER BY rowid")
         values = list(zip(*rows, strict=True)) or [()] * len(columns)
         return pd.DataFrame(
-            {column: _series(values[i], declared) for i, (_, column, declared, *_) in enumerate(columns)}
+            {column: typed_series(values[i], declared) for i, (_, column, declared, *_) in enumerate(columns)}
         )
 
     def _open(self) -> "closing[sqlite3.Connection]":
@@ -84,7 +84,7 @@ class RunStore:
         )
 
 
-def _series(values: tuple[Any, ...], declared: str) -> "pd.Series[Any]":
+def typed_series(values: tuple[Any, ...], declared: str) -> "pd.Series[Any]":
     """Return a column with the type it was declared with."""
     if declared == "REAL":
         return pd.Series(values, dtype="float64")

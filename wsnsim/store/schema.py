@@ -54,7 +54,12 @@ def create_tables(connection: sqlite3.Connection) -> None:
             connection.execute(create_statement(row_type))
 
 
-def check_version(connection: sqlite3.Connection, path: Path) -> None:
+def check_version(
+    connection: sqlite3.Connection,
+    path: Path,
+    application_id: int = APPLICATION_ID,
+    schema_version: int = SCHEMA_VERSION,
+) -> None:
     """Refuse a file that is not ours or of another schema version.
 
     Raises
@@ -62,12 +67,12 @@ def check_version(connection: sqlite3.Connection, path: Path) -> None:
     OutputError : the file was not written by wsnsim, or by another version of it
     """
     (application,) = connection.execute("PRAGMA application_id").fetchone()
-    if application != APPLICATION_ID:
+    if application != application_id:
         raise OutputError(f"{path}: must be a results file of wsnsim, but its header says it is not")
     (version,) = connection.execute("PRAGMA user_version").fetchone()
-    if version != SCHEMA_VERSION:
+    if version != schema_version:
         raise OutputError(
-            f"{path}: schema version must be {SCHEMA_VERSION}, got {version}; "
+            f"{path}: schema version must be {schema_version}, got {version}; "
             "run the scenario again, or read the file with the wsnsim version in its manifest.json"
         )
 
