@@ -1,4 +1,5 @@
 # Two commands: `make run` installs and runs the demo scenario, `make test` runs everything CI runs.
+# `make reports` makes the published reports again.
 # They use uv where it is on the PATH, else venv and pip.
 
 PYTHON ?= python3
@@ -6,7 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 UV := $(shell command -v uv 2>/dev/null)
 
-.PHONY: run test clean picture
+.PHONY: run test clean picture reports
 
 run: $(VENV)/.installed
 	$(BIN)/wsnsim run scenarios/quickstart.yaml --out runs/quickstart --force
@@ -45,6 +46,24 @@ else
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
 endif
 	@touch $@
+
+$(VENV)/.installed-reports: pyproject.toml $(VENV)/.installed
+ifdef UV
+	$(UV) pip install --quiet --python $(BIN)/python -e '.[reports]'
+else
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[reports]'
+endif
+	@touch $@
+
+# The studies behind reports/multiview.md (hours; what runs/ has of them is not run again), then the page,
+# its figures and its table of all runs.
+STUDIES := variants factors radio deployments
+
+reports: $(VENV)/.installed-reports
+	for study in $(STUDIES); do \
+		$(BIN)/wsnsim sweep scenarios/studies/multiview_$$study.yaml --out runs/multiview-$$study || exit 1; \
+	done
+	$(BIN)/python -m wsnsim.claims --runs runs --out reports
 
 # The README's picture: the report of the demo as a browser shows it (needs chromium).
 picture: run

@@ -11,7 +11,7 @@ from wsnsim.metrics.energy import ENERGY_COLUMNS, energy
 from wsnsim.metrics.figures import SUMMARY_KEYS
 from wsnsim.metrics.latency import latency
 from wsnsim.metrics.summary import summary
-from wsnsim.metrics.traffic import traffic
+from wsnsim.metrics.traffic import content_arrived, traffic
 
 Q_SEEN = (0, "q", 9.0, math.nan, 0.2, "update")
 
@@ -19,7 +19,7 @@ Q_SEEN = (0, "q", 9.0, math.nan, 0.2, "update")
 def steps(rows):
     columns = ["step", "target", "error_m", "reprojection_px", "latency_s", "kind"]
     return pd.DataFrame(rows, columns=columns).assign(
-        orientation_error_deg=math.nan, smoothed_error_m=math.nan
+        orientation_error_deg=math.nan, smoothed_error_m=math.nan, asked=4, heard=3
     )
 
 
@@ -142,17 +142,31 @@ def messages():
         (2, "b", "base", 0.6, 50, "dropped_queue"),
         (3, "b", "base", 0.9, 40, "in_flight"),
     ]
-    return pd.DataFrame(rows, columns=columns)
+    return pd.DataFrame(rows, columns=columns).assign(fused_into=None)
 
 
 def nodes():
-    base = {"node": "base", "role": "base", "app_tx_bytes": 10, "mac_tx_bytes": 30, "cpu_cycles": 1e9}
+    base = {
+        "node": "base",
+        "role": "base",
+        "parent": None,
+        "app_tx_bytes": 10,
+        "mac_tx_bytes": 30,
+        "cpu_cycles": 1e9,
+    }
     base |= dict.fromkeys(ENERGY_COLUMNS, 1e6)
     base |= {"images_skipped": 0, "battery_capacity_j": math.nan, "died_at_s": math.nan}
     base |= {"cpu_busy_s": 1.0, "frame_work_mean_s": math.nan, "work_longest_s": 1.0}
     motes = []
     for i, name in enumerate(("a", "b")):
-        mote = {"node": name, "role": "camera", "app_tx_bytes": 95, "mac_tx_bytes": 200, "cpu_cycles": 500.0}
+        mote = {
+            "node": name,
+            "role": "camera",
+            "parent": "base",
+            "app_tx_bytes": 95,
+            "mac_tx_bytes": 200,
+            "cpu_cycles": 500.0,
+        }
         mote |= dict.fromkeys(ENERGY_COLUMNS, 1.0 + i)
         mote |= {"images_skipped": 3, "battery_capacity_j": 100.0, "died_at_s": math.nan}
         mote |= {"cpu_busy_s": 0.5, "frame_work_mean_s": 0.25, "work_longest_s": 0.2}
@@ -185,15 +199,44 @@ def test_messages_to_the_base_and_all_others_are_told_apart():
     figures = measure_traffic()
     assert figures["delivery_ratio"] == pytest.approx(1 / 3)
     assert figures["delivery_ratio_down"] == 1 / 2
-    fused = messages().replace({"outcome": {"in_flight": "fused"}})
-    assert measure_traffic(fused)["delivery_ratio"] == pytest.approx(2 / 3)
     up = messages()["destination"] == "base"
     assert measure_traffic(messages()[up])["delivery_ratio_down"] is None
     assert measure_traffic(messages()[~up])["delivery_ratio"] is None
 
 
+CHAIN = {"a": "b", "b": "c", "c": "base"}
+
+
+@pytest.mark.parametrize(
+    ("last", "reached"),
+    [("delivered", (0, 1, 2, 3)), ("dropped_no_ack", ()), ("in_flight", ()), ("fused", ())],
+)
+def test_a_message_that_was_fused_shares_the_fate_of_what_it_is_in(last, reached):
+    """Up a chain: 0 and 1 into 2, 2 into 3; 4 was refused, and 5 is between two nodes."""
+    rows = [
+        (0, "a", "b", 0.0, 10, "fused", 2),
+        (1, "a", "b", 0.1, 10, "fused", 2),
+        (2, "b", "c", 0.2, 20, "fused", 3),
+        (3, "c", "base", 0.3, 25, last, 7 if last == "fused" else None),
+        (4, "a", "b", 0.4, 10, "dropped_refused", None),
+        (5, "a", "b", 0.5, 10, "in_flight", None),
+    ]
+    sent = pd.DataFrame(rows, columns=messages().columns)
+    assert sent.loc[content_arrived(sent), "message"].tolist() == list(reached)
+    towards_base = pd.DataFrame({"node": list(CHAIN), "parent": list(CHAIN.values())})
+    figures = traffic(
+        sent, nodes().merge(towards_base, on="node", how="outer", suffixes=("_star", "")), LOAD, base="base",
+        steps=2, step_s=0.5, simulated_s=1.25,
+    )  # fmt: skip
+    assert figures["delivery_ratio"] == len(reached) / 6
+    assert figures["delivery_ratio_down"] is None
+    assert figures["base_ingress_bytes_per_step"] == (25 / 2 if reached else 0.0)
+
+
 def test_four_cameras_of_a_thousand_weights_offer_a_megabit():
-    rows = [(4 * k + c, f"c{c}", "base", k / 4, 8006, "delivered") for k in range(1, 37) for c in range(4)]
+    rows = [
+        (4 * k + c, f"c{c}", "base", k / 4, 8006, "delivered", None) for k in range(1, 37) for c in range(4)
+    ]
     sent = pd.DataFrame(rows, columns=messages().columns)
     figures = traffic(sent, nodes(), LOAD, base="base", steps=36, step_s=0.25, simulated_s=9.5)
     assert figures["offered_bps"] == pytest.approx(4 * 4 * 8006 * 8)
@@ -267,6 +310,7 @@ def test_an_empty_run_has_no_figures_and_no_nan():
         "bandwidth_peak_bps",
         "energy_per_step_j",
         "latency_p50_s",
+        "heard_ratio",
     ):
         assert empty[key] is None
 

@@ -106,3 +106,21 @@ def test_overrides_without_a_place(text, message):
     overridden = put(text, "seed=8")
     assert [str(problem) for problem in overridden.problems] == [f"--set {text}: {message}"]
     assert overridden.data == {**DATA, "seed": 8}
+
+
+def test_all_items_of_a_list_at_once():
+    overridden = put("cameras[*].focal_px=9")
+    assert [camera["focal_px"] for camera in overridden.data["cameras"]] == [9, 9]
+    assert set(overridden.arguments) == {("cameras", 0, "focal_px"), ("cameras", 1, "focal_px")}
+    (problem,) = put("motes[*].radio=x").problems
+    assert problem.message == "must be a list to have items [*], got no such key"
+
+
+def test_items_of_a_list_chosen_by_their_ids():
+    assert put("cameras={only: [c2]}").data["cameras"] == [{"id": "c2"}]
+    assert put("cameras={only: [c2, c1]}").data["cameras"] == DATA["cameras"]
+    assert put("seed={only: [c2]}").data["seed"] == {"only": ["c2"]}
+    (problem,) = put("cameras={only: [c3]}").problems
+    assert 'must have an item with the id "c3"' in problem.message
+    (problem,) = put("cameras={only: c2}").problems
+    assert problem.message == 'only: must be a list of ids, got "c2"'

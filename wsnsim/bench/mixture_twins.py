@@ -25,7 +25,7 @@ def plain_fit_mixture(
     sample_weights = np.repeat(density.weights / (2 * size), 2 * size)
     fits = []
     for order in range(1, largest_order + 1):
-        labels = plain_seeded_labels(points, density.weights, rng.random(order), 2)
+        labels = plain_seeded_labels(points, density.weights, rng.random((order, 3)), 2)
         fits.append(plain_em(density, np.eye(order)[labels], 100, 2e-3))
     gains = np.array([sample_weights @ fit.log_density(sample) for fit in fits])
     return fits[int(np.argmax(gains >= gains.max() - tolerance))]
@@ -68,10 +68,12 @@ def plain_seeded_labels(
     """Do k-means++ and a few rounds of k-means."""
     centres = np.empty((0, points.shape[1]))
     nearest = np.ones(len(points))
-    for uniform in uniforms:
+    for trials in uniforms:
         chances = np.cumsum(weights * nearest)
-        chosen = int(np.searchsorted(chances, uniform * chances[-1], side="right"))
-        centres = np.vstack([centres, points[min(chosen, len(points) - 1)]])
+        chosen = np.searchsorted(chances, trials * chances[-1], side="right")
+        candidates = [np.vstack([centres, points[min(i, len(points) - 1)]]) for i in chosen]
+        rests = [weights @ _squares(points, candidate).min(axis=1) for candidate in candidates]
+        centres = candidates[int(np.argmin(rests))]
         nearest = _squares(points, centres).min(axis=1)
     labels = _squares(points, centres).argmin(axis=1)
     for _ in range(rounds):

@@ -1,1 +1,1 @@
-"""Estimation: Kalman filters and statistics of weighted particles."""
+"""Estimation: Kalman filters, statistics of weighted particles, and Gaussian mixtures."""

@@ -16,8 +16,8 @@ from wsnsim.types import FloatArray
 Bandwidth = Literal["silverman", "scott"]
 """How wide the kernels are for particles of covariance Σ in d dimensions, n of them effective: h² Σ with
 
-- silverman: h = (n (d + 2) / 4)^(−1 / (d + 4)), best for a normal density (Silverman 1986, eq. 4.14);
-- scott: h = n^(−1 / (d + 4)) (Scott 1992, eq. 6.42).
+- silverman: h = (n (d + 2) / 4)^(−1 / (d + 4)), best for a normal density (Silverman 1986, sec. 4.3);
+- scott: h = n^(−1 / (d + 4)) (Scott 1992, sec. 6.5).
 """
 
 NEGLIGIBLE = 1e-3
@@ -69,7 +69,7 @@ def effective_number(weights: FloatArray) -> float:
 
     References
     ----------
-    Kong, Liu, Wong (1994), Sequential imputations and Bayesian missing data problems, sec. 4.1.
+    Kong, Liu, Wong (1994), Sequential imputations and Bayesian missing data problems.
     """
     return float(1.0 / (weights @ weights))
 

@@ -20,7 +20,7 @@ def integrated_squared_difference(first: GaussianMixture, second: GaussianMixtur
 
     References
     ----------
-    Williams, Maybeck (2003), Cost-function-based Gaussian mixture reduction, eqs. 2-4.
+    Williams, Maybeck (2003), Cost-function-based Gaussian mixture reduction.
     """
     parts = (_log_overlap(first, first), _log_overlap(first, second), _log_overlap(second, second))
     largest = max(parts)
@@ -70,8 +70,7 @@ def normal_points(count: int, dimension: int) -> FloatArray:
 
     References
     ----------
-    Niederreiter (1992), Random number generation and quasi-Monte Carlo methods, sec. 3.1; Box, Muller
-    (1958).
+    Niederreiter (1992), Random number generation and quasi-Monte Carlo methods; Box, Muller (1958).
     """
     columns = 2 * ((dimension + 1) // 2)
     ratio = 2.0

@@ -22,14 +22,26 @@ MOST_STEPS = 100
 TOLERANCE = 2e-3
 """Gain of an iteration [nat] at which to stop: a tenth of what a further component must be worth."""
 
+_CANDIDATES = 3
+"""Candidates for each centre of a k-means++ start."""
+
 _SEEDING_ROUNDS = 2
 """Rounds of k-means between the k-means++ start and EM."""
 
 
 @dataclass(frozen=True, eq=False)
 class Standardised:
-    """A kernel density in coordinates u, x = origin + root u, in which its mean is 0 and its covariance I."""
+    """A kernel density in coordinates u, x = origin + root u, in which its mean is 0 and its covariance I.
 
+    Parameters
+    ----------
+    given : of x
+    density : of u
+    root : (d, d)
+    origin : (d,)
+    """
+
+    given: KernelDensity
     density: KernelDensity
     root: FloatArray
     origin: FloatArray
@@ -41,7 +53,8 @@ class Standardised:
         root = np.asarray(np.linalg.cholesky(cov), dtype=np.float64)
         back = np.linalg.inv(root)
         points = (density.points - mean) @ back.T
-        return cls(KernelDensity(points, density.weights, back @ density.covs @ back.T), root, mean)
+        inner = KernelDensity(points, density.weights, back @ density.covs @ back.T)
+        return cls(density, inner, root, mean)
 
     @cached_property
     def features(self) -> FloatArray:
@@ -52,7 +65,9 @@ class Standardised:
 def fit(standardised: Standardised, order: int, rng: np.random.Generator) -> GaussianMixture:
     """Return a mixture of mass 1 with at most `order` components, in the density's standard coordinates.
 
-    Fewer components come out where points coincide or a component loses its mass.
+    Fewer components come out where points coincide or a component loses its mass. The
+    starts are found in the coordinates that the density was given in: where it is long and
+    thin, clusters lie along it, which its standard coordinates no longer show.
 
     Raises
     ------
@@ -60,15 +75,17 @@ def fit(standardised: Standardised, order: int, rng: np.random.Generator) -> Gau
 
     References
     ----------
-    Vasconcelos, Lippman (1998), Learning mixture hierarchies, eqs. 7-11: EM for normal densities in
-    place of points.
+    Vasconcelos, Lippman (1998), Learning mixture hierarchies: EM for normal densities in place of
+    points.
     """
     if order < 1:
         raise ValueError(f"mixture: order must be at least 1, got {order}")
     points, weights = standardised.density.points, standardised.density.weights
     if order == 1:
         return GaussianMixture.single(np.zeros(points.shape[1]), np.eye(points.shape[1]))
-    labels = seeded_labels(points, weights, rng.random(order), _SEEDING_ROUNDS)
+    labels = seeded_labels(
+        standardised.given.points, weights, rng.random((order, _CANDIDATES)), _SEEDING_ROUNDS
+    )
     start = np.zeros((len(points), order))
     start[np.arange(len(points)), labels] = weights
     shares, means, covs, _ = maximise(standardised.features, weights, start, MOST_STEPS, TOLERANCE)

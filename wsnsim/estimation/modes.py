@@ -24,8 +24,12 @@ class Mode:
 def highest_mode(mixture: GaussianMixture) -> Mode:
     """Return the highest of the modes uphill from the components' means.
 
-    A mixture can have more modes than components; one that no mean leads to is not found, but
-    none is then much higher than those that are (Carreira-Perpiñán 2000, sec. 5).
+    A mixture in two or more dimensions can have modes that no mean leads to; they are rare, and
+    not found.
+
+    References
+    ----------
+    Carreira-Perpiñán (2000), Mode-finding for mixtures of Gaussian distributions.
     """
     peaks = mixture.log_weights - np.log(np.diagonal(mixture.roots, axis1=1, axis2=2)).sum(axis=1)
     precisions = np.asarray(np.linalg.inv(mixture.covs), dtype=np.float64)

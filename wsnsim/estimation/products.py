@@ -50,15 +50,21 @@ def without_normal(mixture: GaussianMixture, normal: Gaussian, times: int = 1) -
     ValueError : the quotient of a component is no normal density: the component is too wide
     """
     root, back = _root_and_inverse(normal.cov)
-    inner = mixture.moved(back, -back @ normal.mean)
-    log_weights, means, covs, unsound = divide(inner.log_weights, inner.means, inner.covs, float(times))
+    inner = _without_standard(mixture.moved(back, -back @ normal.mean), times)
+    # a density in x is one in u = root⁻¹ (x − mean), divided by |root|
+    log_weights = inner.log_weights + times * np.log(np.diagonal(root)).sum()
+    return replace(inner, log_weights=log_weights).moved(root, normal.mean)
+
+
+def _without_standard(mixture: GaussianMixture, times: int) -> GaussianMixture:
+    """Divide a mixture by N(0, I), `times` times."""
+    *quotient, unsound = divide(mixture.log_weights, mixture.means, mixture.covs, float(times))
     if unsound >= 0:
         raise ValueError(
             f"division: every component must be narrower than the normal's covariance / {times}, "
             f"component {unsound} is not; limit the factors first"
         )
-    log_weights = log_weights + times * np.log(np.diagonal(root)).sum()
-    return GaussianMixture(log_weights, means, covs).moved(root, normal.mean)
+    return GaussianMixture(*quotient)
 
 
 def limited(mixture: GaussianMixture, prior: Gaussian) -> GaussianMixture:
@@ -69,12 +75,23 @@ def limited(mixture: GaussianMixture, prior: Gaussian) -> GaussianMixture:
     narrower everywhere stays as it is.
     """
     root, back = _root_and_inverse(prior.cov)
-    variances, axes = np.linalg.eigh(back @ mixture.covs @ back.T)
-    if variances.max() <= 1.0:
+    inner = mixture.moved(back, -back @ prior.mean)
+    held = _limited_to_standard(inner)
+    if held is inner:
         return mixture
-    wide = variances.max(axis=1) > 1.0
-    sides = root @ axes
-    covs = (sides * np.minimum(variances, 1.0)[:, None, :]) @ sides.transpose(0, 2, 1)
+    wide = (held.covs != inner.covs).any(axis=(1, 2))
+    return replace(
+        mixture, covs=np.where(wide[:, None, None], held.moved(root, prior.mean).covs, mixture.covs)
+    )
+
+
+def _limited_to_standard(mixture: GaussianMixture) -> GaussianMixture:
+    """Return the mixture with no eigenvalue of a covariance above 1."""
+    variances, axes = np.linalg.eigh(mixture.covs)
+    wide = variances[:, -1] > 1.0
+    if not wide.any():
+        return mixture
+    covs = (axes * np.minimum(variances, 1.0)[:, None, :]) @ axes.transpose(0, 2, 1)
     covs = np.where(wide[:, None, None], 0.5 * (covs + covs.transpose(0, 2, 1)), mixture.covs)
     return replace(mixture, covs=covs)
 
@@ -129,15 +146,19 @@ def _accumulate(
     """Multiply mixtures one after the other, `between` applied to what is multiplied further."""
     if not mixtures:
         raise ValueError("fusion: must have at least one mixture, got none")
-    fused = mixtures[0] if prior is None else limited(mixtures[0], prior)
-    for number, mixture in enumerate(mixtures[1:]):
-        so_far = between(fused) if number else fused
-        if prior is None:
-            fused = _heaviest(product(so_far, mixture))
-        else:
-            both = product(limited(so_far, prior), limited(mixture, prior))
-            fused = _heaviest(without_normal(both, prior))
-    return fused
+    if prior is None:
+        fused = mixtures[0]
+        for number, mixture in enumerate(mixtures[1:]):
+            fused = _heaviest(product(between(fused) if number else fused, mixture))
+        return fused
+    # in coordinates in which the prior is N(0, I): a factor more and a divisor more leave the mass as it is
+    root, back = _root_and_inverse(prior.cov)
+    inner = [_limited_to_standard(mixture.moved(back, -back @ prior.mean)) for mixture in mixtures]
+    fused = inner[0]
+    for number, mixture in enumerate(inner[1:]):
+        so_far = _limited_to_standard(between(fused)) if number else fused
+        fused = _heaviest(_without_standard(product(so_far, mixture), 1))
+    return fused.moved(root, prior.mean)
 
 
 def _heaviest(mixture: GaussianMixture) -> GaussianMixture:

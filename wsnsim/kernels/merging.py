@@ -27,8 +27,8 @@ def merged_labels(features: FloatArray, weights: FloatArray, order: int, most_ro
 
     References
     ----------
-    Runnalls (2007), Kullback–Leibler approach to Gaussian mixture reduction, eqs. 16, 21; Goldberger,
-    Roweis (2005), Hierarchical clustering of a mixture model, eqs. 4, 5.
+    Runnalls (2007), Kullback–Leibler approach to Gaussian mixture reduction, the cost B(i, j);
+    Goldberger, Roweis (2005), Hierarchical clustering of a mixture model, for the refinement.
     """
     features, weights = frozen(features, np.float64), frozen(weights, np.float64)
     return _refined(features, weights, _greedy(features, weights, order), order, most_rounds)

@@ -32,7 +32,7 @@ def climb(
 
     References
     ----------
-    Carreira-Perpiñán (2000), Mode-finding for mixtures of Gaussian distributions, eq. 9 and sec. 4.
+    Carreira-Perpiñán (2000), Mode-finding for mixtures of Gaussian distributions: both kinds of steps.
     """
     return _climb(
         frozen(log_peaks, np.float64),

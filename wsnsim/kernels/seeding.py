@@ -13,13 +13,14 @@ def seeded_labels(points: FloatArray, weights: FloatArray, uniforms: FloatArray,
     ----------
     points : (m, d)
     weights : (m,) - not negative, sum above 0
-    uniforms : (k,) - draws from [0, 1), one for each centre; a label can stay without points where these
-        are fewer than the centres
+    uniforms : (k, t) - draws from [0, 1): for each centre t candidates, of which the one is taken that
+        leaves the points nearest to their centres; a label can stay without points where these are fewer
+        than the centres
     rounds : of k-means that follow
 
     References
     ----------
-    Arthur, Vassilvitskii (2007), k-means++: the advantages of careful seeding, sec. 2.2.
+    Arthur, Vassilvitskii (2007), k-means++: the advantages of careful seeding.
     """
     return _seeded_labels(
         frozen(points, np.float64), frozen(weights, np.float64), frozen(uniforms, np.float64), rounds
@@ -33,8 +34,16 @@ def _seeded_labels(points: FloatArray, weights: FloatArray, uniforms: FloatArray
     labels, nearest = np.zeros(count, np.int64), np.ones(count)
     centres, masses = np.zeros((order, d)), np.ones(order)
     for j in range(order):
-        chosen = _drawn(weights, nearest, uniforms[j])
-        centres[j] = points[chosen]
+        least = np.inf
+        for uniform in uniforms[j]:
+            candidate = _drawn(weights, nearest, uniform)
+            rest = 0.0
+            for i in range(count):
+                apart = _square(points[i], points[candidate])
+                rest += weights[i] * (apart if j == 0 else min(apart, nearest[i]))
+            if rest < least:
+                least = rest
+                centres[j] = points[candidate]
         for i in range(count):
             apart = _square(points[i], centres[j])
             if j == 0 or apart < nearest[i]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from wsnsim.metrics.accuracy import accuracy
+from wsnsim.metrics.answers import heard_share
 from wsnsim.metrics.energy import energy
 from wsnsim.metrics.figures import Figures
 from wsnsim.metrics.latency import latency
@@ -48,6 +49,7 @@ def summary(
     figures: Figures = {
         **accuracy(steps, lost_above_m),
         **latency(steps),
+        **heard_share(steps),
         **traffic(messages, nodes, load, base, count, step_s, simulated_s),
         "channel_bps": channel_bps,
         **energy(nodes, count, simulated_s),

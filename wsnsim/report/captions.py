@@ -57,8 +57,8 @@ def timeline_caption(context: ReportContext) -> str:
         between = f"the angle between true and estimated orientation; {between}"
     sentences = [
         f"Distance between estimate and truth (above); {between}; {seen}.",
-        f"A gap between {gap} is what the network or a processor lost, a camera that was not asked, or a "
-        "step that was passed over.",
+        f"A gap between {gap} is what the network or a processor lost, a camera that was not asked or had "
+        "nothing to say, or a step that was passed over.",
     ]
     if steps["smoothed_error_m"].notna().any():
         sentences.append(

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from wsnsim.geometry.camera import PinholeCamera
-from wsnsim.types import FloatArray, NodeId
+from wsnsim.types import FloatArray, NodeId, Seconds
 from wsnsim.world.world import Placed
 
 if TYPE_CHECKING:
@@ -31,6 +31,8 @@ class ReportContext:
     semi_axes_m : of each target (3,), by its name [m]
     scenery : what stands about in the world
     walks : (n, 2) way from above of everybody who moves and is not tracked, by name [m]
+    wait_s : how long after a frame the base station waits for what cameras say of it [s]; None: not known
+    platforms : processor board of each node, by its name
     """
 
     name: str
@@ -46,3 +48,5 @@ class ReportContext:
     semi_axes_m: Mapping[str, FloatArray] = field(default_factory=dict)
     scenery: tuple[Placed, ...] = ()
     walks: Mapping[str, FloatArray] = field(default_factory=dict)
+    wait_s: Seconds | None = None
+    platforms: Mapping[NodeId, str] = field(default_factory=dict)

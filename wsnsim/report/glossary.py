@@ -4,16 +4,28 @@ from collections.abc import Mapping
 
 OUTCOMES: Mapping[str, str] = {
     "delivered": "arrived",
-    "fused": "merged with others on the way",
+    "fused": "reached the next node and went on in its message",
     "in_flight": "still on its way at the end",
     "dropped_queue": "lost: a queue on the way was full",
     "dropped_channel_access": "lost: the channel was busy at every try",
     "dropped_no_ack": "lost: never acknowledged",
     "dropped_not_heard": "lost: a broadcast was not heard",
     "dropped_reassembly": "lost: a fragment was missing",
-    "dropped_expired": "not sent in time to be of use",
+    "dropped_expired": "too late to be of use",
     "dropped_dead_node": "lost: a node on the way had stopped",
     "dropped_undecodable": "lost: arrived, but could not be decoded",
+    "dropped_refused": "set aside by a relay's program",
+}
+
+MESSAGES: Mapping[str, str] = {
+    "state": "the prediction that cameras work from",
+    "weights": "how well each particle fits an image",
+    "mixture": "where the target may be, as a few Gaussians",
+    "ray": "the direction in which a camera sees the target",
+    "upward batch": "answers about several targets in one message",
+    "downward batch": "states of several targets in one message",
+    "search": "a call to look for a target",
+    "sighting": "where a camera believes that it sees a target that is sought",
 }
 
 EVENTS: Mapping[str, str] = {
@@ -26,6 +38,10 @@ EVENTS: Mapping[str, str] = {
     "sighting_refused": "sightings of no use, set aside",
     "weights_late": "weights that arrived after their step was closed",
     "weights_refused": "weights that nobody had asked for, or too many or too few, and were set aside",
+    "mixture_late": "mixtures that arrived after their step was closed",
+    "mixture_refused": "mixtures that nobody had asked for, or of cameras heard before, and were set aside",
+    "ray_late": "rays that arrived after their step was closed",
+    "ray_refused": "rays that nobody had asked for, or of cameras heard before, and were set aside",
 }
 
 ESTIMATES: Mapping[str, str] = {

@@ -76,6 +76,13 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
         True,
     ),
     KeyFigure(
+        "heard_ratio",
+        "Answers heard",
+        "of the answers that cameras were asked for, those that were heard in time",
+        percent,
+        True,
+    ),
+    KeyFigure(
         "missed_deadlines",
         "Missed deadlines",
         "those of them for which cameras were asked and none was heard in time, or that have no estimate",
@@ -90,7 +97,8 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
     KeyFigure(
         "offered_bps",
         "Offered load",
-        "application data handed to the network, over the time in which images are taken",
+        "application data handed to the network, over the time in which images are taken; what relays pass "
+        "on as messages of their own is counted at every hop",
         _of("bit/s"),
         True,
     ),
@@ -103,7 +111,8 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
     KeyFigure(
         "delivery_ratio",
         "Messages to the base station delivered",
-        "of the messages to the base station, those that arrived before the end",
+        "of the messages on the way to the base station, those that arrived before the end, by themselves "
+        "or in another message",
         percent,
         True,
     ),
@@ -127,7 +136,10 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
         _of("bit/s"),
     ),
     KeyFigure(
-        "app_bytes_per_step", "Application data a step", "bytes that programs handed to the network", _of("B")
+        "app_bytes_per_step",
+        "Application data a step",
+        "bytes that programs handed to the network, counted as in the offered load",
+        _of("B"),
     ),
     KeyFigure("mac_bytes_per_step", "Data on the air a step", "bytes of all frames sent", _of("B")),
     KeyFigure(

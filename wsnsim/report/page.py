@@ -55,6 +55,7 @@ def render(context: ReportContext) -> str:
         key_rows=key_rows(context.summary, main=True),
         more_rows=key_rows(context.summary, main=False),
         message_rows=rows.message_rows(context),
+        message_notes=rows.message_notes(context),
         node_rows=rows.node_rows(context),
         event_rows=rows.event_rows(context),
         aspect=world_view(context).aspect,

@@ -1,31 +1,46 @@
 """The tables at the foot of a report, as text."""
 
 from wsnsim.metrics.energy import drawn_by_node_j
+from wsnsim.metrics.traffic import content_arrived
 from wsnsim.report.context import ReportContext
-from wsnsim.report.glossary import EVENTS, OUTCOMES, ROLES, explained
+from wsnsim.report.glossary import EVENTS, MESSAGES, OUTCOMES, ROLES, explained
+from wsnsim.report.losses import message_kinds
 from wsnsim.report.wording import count, duration, listed, percent, quantity
 
 Row = tuple[str, ...]
 
 
 def message_rows(context: ReportContext) -> list[Row]:
-    """Return (kind, what became of it, messages, share of the kind, bytes) for each kind and outcome."""
+    """Return a row for each kind of message and what became of it.
+
+    Returns
+    -------
+    kind, what became of it, messages, share of the kind, messages whose content arrived in the end, bytes
+    """
     messages = context.tables["messages"]
+    messages = messages.assign(kind=message_kinds(context), arrived=content_arrived(messages))
     totals = messages["kind"].value_counts()
     groups = messages.groupby(["kind", "outcome"], as_index=False).agg(
-        rows=("bytes", "size"), size=("bytes", "sum")
+        rows=("bytes", "size"), arrived=("arrived", "sum"), size=("bytes", "sum")
     )
     groups = groups.sort_values(["kind", "rows", "outcome"], ascending=[True, False, True])
     return [
         (
-            group["kind"].replace("_", " "),
+            group["kind"],
             explained(OUTCOMES, group["outcome"]),
             count(group["rows"]),
             percent(group["rows"] / totals[group["kind"]]),
+            count(group["arrived"]),
             quantity(group["size"], "B"),
         )
         for group in groups.to_dict("records")
     ]
+
+
+def message_notes(context: ReportContext) -> str:
+    """Return what the kinds of messages say, as far as that is known here."""
+    kinds = sorted(set(message_kinds(context)) & MESSAGES.keys())
+    return "; ".join(f"{kind}: {MESSAGES[kind]}" for kind in kinds) + "." if kinds else ""
 
 
 def node_rows(context: ReportContext) -> list[Row]:

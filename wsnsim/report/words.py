@@ -1,35 +1,22 @@
 """The paragraphs at the top of a report: what the run cost and what it was worth, in plain words."""
 
-from typing import TYPE_CHECKING
-
 from wsnsim.metrics.energy import ENERGY_COLUMNS, drawn_by_node_j
-from wsnsim.metrics.figures import ARRIVED, mean_or_none
+from wsnsim.metrics.figures import mean_or_none
 from wsnsim.report.context import ReportContext
-from wsnsim.report.glossary import ENERGY_USES, OUTCOMES, explained
+from wsnsim.report.glossary import ENERGY_USES
+from wsnsim.report.hearing import hearing, hearing_verdict, readiness
+from wsnsim.report.losses import delivery, estimates_due, network_verdict, offered_load
 from wsnsim.report.timeline import turns
-from wsnsim.report.wording import (
-    count,
-    duration,
-    length,
-    listed,
-    number,
-    percent,
-    plural,
-    quantity,
-    with_unit,
-)
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-_LOW_DELIVERY = 0.9
+from wsnsim.report.wording import count, duration, length, listed, percent, plural, quantity, with_unit
 
 
 def verdicts(context: ReportContext) -> list[str]:
-    """Return what a reader must not overlook: overload, losses, skipped images, dead motes."""
+    """Return what a reader must not overlook: overload, losses, slow or dead motes."""
+    network = network_verdict(context)
     return [
         *_blindness(context),
-        *_network_verdict(context),
+        *network,
+        *hearing_verdict(context, radio_is_told=bool(network)),
         *_skipped_images(context),
         *_deaths(context),
     ]
@@ -38,7 +25,7 @@ def verdicts(context: ReportContext) -> list[str]:
 def service(context: ReportContext) -> str:
     """Return the paragraph of quality of service: what the run cost."""
     figures = context.summary
-    sentences = _load(context)
+    sentences = offered_load(context)
     if figures["channel_bps"] and figures["bandwidth_mean_bps"]:
         sentences.append(
             f"On the air, with headers, relaying, repeats and acknowledgements, "
@@ -46,11 +33,11 @@ def service(context: ReportContext) -> str:
             f"{quantity(figures['bandwidth_peak_bps'], 'bit/s')} at the busiest, "
             "from one sampling instant to the next."
         )
-    sentences += _delivery(context)
+    sentences += delivery(context)
     if figures["latency_p50_s"] is not None:
         sentences.append(
             f"An estimate from measurements was there {duration(figures['latency_p50_s'])} after its images "
-            f"were taken (median; 95 % within {duration(figures['latency_p95_s'])})."
+            f"were taken (median; 95 % within {duration(figures['latency_p95_s'])}){readiness(context)}."
         )
     return " ".join([*sentences, *_energy(context)])
 
@@ -75,7 +62,10 @@ def information(context: ReportContext) -> str:
     if 2 * predicted > made:
         share = "This is" if predicted == made else "For the most part this is"
         sentences.append(f"{share} the error of a prediction, not of a measurement.")
-    return " ".join([*sentences, _lost(context), *_measured(context), *_given_up(context), *_others(context)])
+    told_above = bool(hearing_verdict(context, radio_is_told=bool(network_verdict(context))))
+    heard = hearing(context, brief=told_above)
+    more = [*_measured(context), *heard, *_given_up(context), *_others(context)]
+    return " ".join([*sentences, _lost(context), *more])
 
 
 def base_supply(context: ReportContext) -> str:
@@ -84,31 +74,6 @@ def base_supply(context: ReportContext) -> str:
     base = nodes[nodes["role"] == "base"]
     supply = "on mains" if base["battery_capacity_j"].isna().all() else "on a battery of its own"
     return f"The base station is {supply} and not shown."
-
-
-def _load(context: ReportContext) -> list[str]:
-    channel, offered = context.summary["channel_bps"], context.summary["offered_bps"]
-    if offered is None:
-        return []
-    limit = "which has no limit here"
-    if channel:
-        limit = (
-            f"{_multiple(offered / channel)} the {quantity(channel, 'bit/s')} that "
-            f"the {context.standard} channel carries at the very most"
-        )
-    return [f"The programs handed {quantity(offered, 'bit/s')} to the network, {limit}."]
-
-
-def _delivery(context: ReportContext) -> list[str]:
-    """Return what arrived at the base station, and what came from it unless all of that arrived."""
-    up, down = context.summary["delivery_ratio"], context.summary["delivery_ratio_down"]
-    sentences = []
-    if up is not None:
-        share = {0.0: "None of the", 1.0: "All"}.get(up, f"{percent(up)} of the")
-        sentences.append(f"{share} messages to the base station arrived.")
-    if down is not None and down < 1:
-        sentences.append(f"Of the messages from it, {percent(down)} arrived.")
-    return sentences
 
 
 def _lost(context: ReportContext) -> str:
@@ -141,7 +106,7 @@ def _measured(context: ReportContext) -> list[str]:
     """Return how many steps had no measurement, and how many of them were not even tried."""
     figures = context.summary
     unmeasured, skipped = int(figures["unmeasured_steps"] or 0), int(figures["skipped_steps"] or 0)
-    due, of_due = len(context.tables["steps"]), _due(context)
+    due, of_due = len(context.tables["steps"]), estimates_due(context)
     if not unmeasured:
         return [f"All {of_due} had a measurement from at least one camera."]
     sentences = [f"{count(unmeasured)} of {of_due} ({percent(unmeasured / due)}) had no measurement at all."]
@@ -169,10 +134,8 @@ def _given_up(context: ReportContext) -> list[str]:
     ended = "it had a track again at the end" if not still else "it had not found it again by the end"
     if steps["target"].nunique() > 1 and still:
         ended = f"{plural(still, 'target')} it had not found again by the end"
-    return [
-        f"The tracker gave up{often} and was without a track for {count(without)} of {_due(context)}; "
-        f"{ended}."
-    ]
+    of_due = estimates_due(context)
+    return [f"The tracker gave up{often} and was without a track for {count(without)} of {of_due}; {ended}."]
 
 
 def _others(context: ReportContext) -> list[str]:
@@ -190,90 +153,6 @@ def _others(context: ReportContext) -> list[str]:
             f"{length(mean_or_none(steps.loc[again, 'error_m']))} off at first."
         )
     return sentences
-
-
-def _due(context: ReportContext) -> str:
-    """Return the number of estimates there should be, as steps where there is one target."""
-    steps = context.tables["steps"]
-    return plural(len(steps), "step" if steps["target"].nunique() == 1 else "estimate")
-
-
-def _multiple(ratio: float) -> str:
-    return f"{number(ratio, 2)} times" if ratio > 1 else f"{percent(ratio)} of"
-
-
-def _network_verdict(context: ReportContext) -> list[str]:
-    figures = context.summary
-    channel, offered = figures["channel_bps"], figures["offered_bps"]
-    by_kind = _delivery_by_kind(context)
-    wanted = _wanted_bps(context)
-    overloaded = channel is not None and max(offered or 0.0, wanted) > channel
-    if not overloaded and min(by_kind.values(), default=1.0) >= _LOW_DELIVERY:
-        return []
-    start = "The network lost many messages."
-    if overloaded:
-        start = (
-            f"The network could not carry it: {quantity(offered, 'bit/s')} were offered to a channel of "
-            f"{quantity(channel, 'bit/s')}."
-        )
-        if wanted > 1.05 * (offered or 0.0):
-            start += (
-                " To measure every step with every camera that sees the target would take "
-                f"{quantity(wanted, 'bit/s')}."
-            )
-    kinds = listed([f"{percent(ratio)} of the {kind} messages" for kind, ratio in by_kind.items()])
-    unmeasured = f"{count(figures['unmeasured_steps'])} of {_due(context)}"
-    return [f"{start} {kinds} arrived; {unmeasured} had no measurement at all.{_main_losses(context)}"]
-
-
-def _wanted_bps(context: ReportContext) -> float:
-    """Return the load of a run in which every camera that sees a target answers at every step.
-
-    A camera that never heard the question stays silent, and a base station that
-    waits in vain skips frames, so that an overloaded network looks less loaded
-    than it is.
-    """
-    messages, nodes, steps = (context.tables[name] for name in ("messages", "nodes", "steps"))
-    seconds = float(steps["time_s"].max()) if len(steps) else 0.0
-    once = messages.drop_duplicates("message")
-    answers = once["destination"].isin(nodes.loc[nodes["role"] == "base", "node"])
-    if not answers.any() or not seconds > 0:
-        return 0.0
-    up = int(steps["participating"].sum()) * _usual_bytes(once[answers])
-    down = len(steps) * _usual_bytes(once[~answers])
-    return 8 * (up + down) / seconds
-
-
-def _usual_bytes(messages: "pd.DataFrame") -> float:
-    """Return the mean size of the kind that makes up most of the bytes: what measuring takes, 0 for none.
-
-    What a base station says while it looks for a lost target is smaller, and stops when it is found.
-    """
-    if messages.empty:
-        return 0.0
-    bytes_of = messages.groupby("kind")["bytes"].sum()
-    return float(messages.loc[messages["kind"] == bytes_of.idxmax(), "bytes"].mean())
-
-
-def _delivery_by_kind(context: ReportContext) -> dict[str, float]:
-    messages = context.tables["messages"]
-    arrived = messages["outcome"].isin(ARRIVED)
-    ratios = arrived.groupby(messages["kind"]).mean().sort_values(kind="stable")
-    return {str(kind).replace("_", " "): float(ratio) for kind, ratio in ratios.items()}
-
-
-def _main_losses(context: ReportContext) -> str:
-    """Say what became of most of the lost messages of the kind that fared worst."""
-    messages = context.tables["messages"]
-    lost = messages[~messages["outcome"].isin(ARRIVED)]
-    if lost.empty:
-        return ""
-    kind = min(ratios := _delivery_by_kind(context), key=lambda name: ratios[name])
-    outcomes = lost.loc[lost["kind"].str.replace("_", " ") == kind, "outcome"]
-    failed = outcomes.value_counts().sort_index()
-    reason = explained(OUTCOMES, str(failed.idxmax())).removeprefix("lost: ")
-    share = percent(float(failed.max() / failed.sum()))
-    return f" What became of most lost {kind} messages ({share}): {reason}."
 
 
 def _blindness(context: ReportContext) -> list[str]:

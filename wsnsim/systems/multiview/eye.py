@@ -1,7 +1,7 @@
 """What every tracker's camera can do with a frame: weigh particles, and say from where it sees the target."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -86,7 +86,7 @@ class Eye:
         model = self.models[state.target]
         view = facing_viewpoint(model, self.camera, proposal.mean, state.orientation)
         judgement = judge(sight, model.sqrt_colour[view], model.sqrt_texture[view], self.params)
-        return Judgement(judgement.weights, judgement.similarity, sight.work + judgement.work)
+        return replace(judgement, work=sight.work + judgement.work)
 
     def facing(self, frame: Frame, state: StatePayload, place: FloatArray) -> tuple[FloatArray, Work]:
         """Return what the camera says of the orientation, from its own idea (3,) of where the target is."""

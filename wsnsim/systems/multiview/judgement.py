@@ -22,11 +22,13 @@ class Judgement:
     Parameters
     ----------
     weights : (M,) above 0, up to a common factor
+    judged : (M,) False where the camera cannot tell: those all have the mean weight of the others
     similarity : of the best particle to the reference model [0–1]; 0 where none can be judged
     work : what it cost
     """
 
     weights: FloatArray
+    judged: BoolArray
     similarity: float
     work: Work
 
@@ -47,7 +49,8 @@ def judge(
         scores = ratios.scores
         best = compare(sight.only(int(np.argmax(scores))), sqrt_colour, sqrt_texture, params.colour_share)
         weights = np.exp(rule.sharpness * (scores - scores.max()))
-        return Judgement(weights, float(best.rho[0]), ratios.work + best.work)
+        every = np.ones(weights.size, dtype=np.bool_)
+        return Judgement(weights, every, float(best.rho[0]), ratios.work + best.work)
     similarity = compare(sight, sqrt_colour, sqrt_texture, params.colour_share)
     rho, judged = similarity.rho, similarity.judged
     if isinstance(rule, RawLikelihood):
@@ -56,7 +59,7 @@ def judge(
     else:
         weights = np.exp(rule.sharpness * (rho - rho.max()))
     weights = _neutral_where_not(judged, weights)
-    return Judgement(weights, float(rho.max(initial=0.0)), similarity.work)
+    return Judgement(weights, judged, float(rho.max(initial=0.0)), similarity.work)
 
 
 def _neutral_where_not(judged: BoolArray, weights: FloatArray) -> FloatArray:

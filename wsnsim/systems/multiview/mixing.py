@@ -18,6 +18,7 @@ from wsnsim.hardware.work import Work
 from wsnsim.messages.mixture import MixturePayload, mixture_bytes
 from wsnsim.messages.state import StatePayload
 from wsnsim.systems.multiview.eye import Eye
+from wsnsim.systems.multiview.judgement import Judgement
 from wsnsim.systems.multiview.params import MultiviewParams
 from wsnsim.systems.multiview.proposal import Proposal
 from wsnsim.systems.multiview.variants import Posterior, Report
@@ -67,13 +68,36 @@ def largest_order(params: MultiviewParams, dimension: int, cameras: Sequence[int
 
 
 def fitted(
-    eye: Eye, state: StatePayload, points: FloatArray, weights: FloatArray, facing: int
+    eye: Eye, state: StatePayload, points: FloatArray, judgement: Judgement, facing: int
 ) -> tuple[GaussianMixture, Work]:
-    """Approximate the kernel density of weighted points (m, d) by a mixture that fits into a message."""
-    dimension = points.shape[1]
+    """Approximate what a camera's particles say by a mixture that fits into a message.
+
+    The kernel density of the weighted points (m, d), and its mixture. Where the camera
+    cannot judge some of them, because its image ends, it says nothing about there: the
+    prediction itself, a component of its own, stands for that, and what is fitted is
+    by how much the particles that it can judge are better. A normal density fitted to
+    particles beyond the image's border would reach into the image.
+    """
+    rules, dimension = eye.params.mixtures, points.shape[1]
     order = largest_order(eye.params, dimension, (eye.number,), facing)
     rng = eye.site.streams.stream("mixture", state.target, state.step, eye.number)
-    mixture = fit_mixture(points, weights, order, eye.params.mixtures.order, rng)
+    weights, judged = judgement.weights, judgement.judged
+    whole = bool(judged.all()) or order == 1
+    if not whole:
+        neutral = float(weights[~judged][0])
+        weights = np.where(judged, np.maximum(weights - neutral, 0.0), 0.0)
+        if not weights.any():
+            return GaussianMixture.single(np.zeros(dimension), np.eye(dimension)), Work()
+        order -= 1
+    mixture = fit_mixture(points, weights, order, rules.order, rng, smoothing=rules.smoothing)
+    if not whole:
+        told = float(weights.mean())
+        shares = np.log(np.array([neutral, told]) / (neutral + told))
+        mixture = GaussianMixture(
+            np.append(shares[0], shares[1] + mixture.log_weights),
+            np.vstack([np.zeros(dimension), mixture.means]),
+            np.concatenate([np.eye(dimension)[None], mixture.covs]),
+        )
     counted = float(np.count_nonzero(weights > _NEGLIGIBLE * weights.max()))
     components = order * (order + 1) / 2.0
     work = Work(int_ops=counted * components * (_EM_OPS * _EM_ITERATIONS + 2.0 * dimension * _KL_OPS))

@@ -37,7 +37,7 @@ PUBLISHED: Mapping[str, Any] = {
     "measurement_noise": {"kind": "fixed"},
     "spread": {"kind": "fixed"},
     "orientation": {"kind": "average"},
-    "mixtures": {"order": "argmin", "reduction": "kmeans", "prior": "every_camera"},
+    "mixtures": {"order": "argmin", "smoothing": 1.0, "reduction": "kmeans", "prior": "every_camera"},
     "image_spread": {"kind": "fixed"},
     "image_tracker": {"histogram": "image"},
     "map_solver": "printed",

@@ -166,6 +166,12 @@ class MixtureRules(Section):
         description="tolerance: fewest components with a KL divergence of at most 0.02 more than the best "
         "order's; argmin: the best order, as printed (Eq. 28), which is nearly always K",
     )
+    smoothing: float = Field(
+        0.25,
+        gt=0,
+        le=1,
+        description="share of the kernels' variance that stays in a mixture; 1, as printed, widens it [-]",
+    )
     reduction: Literal["runnalls", "kmeans", "kmeans_best"] = Field(
         "runnalls",
         description="runnalls: greedy merging, then a KL refinement; kmeans: the printed k-means from one "

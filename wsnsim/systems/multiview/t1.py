@@ -14,6 +14,7 @@ from wsnsim.messages.mixture import MixturePayload
 from wsnsim.messages.state import StatePayload
 from wsnsim.systems.base import Site
 from wsnsim.systems.multiview.eye import Eye, shares
+from wsnsim.systems.multiview.judgement import Judgement
 from wsnsim.systems.multiview.mixing import at_base, fitted
 from wsnsim.systems.multiview.params import MultiviewParams
 from wsnsim.systems.multiview.proposal import Proposal
@@ -32,11 +33,11 @@ class T1Camera:
     def answer(self, frame: Frame, state: StatePayload, proposal: Proposal) -> tuple[MixturePayload, Work]:
         """Return the mixture of the step's weighted particles."""
         judgement = self._eye.weigh(frame, state, proposal)
-        share = shares(judgement.weights)
-        said, cost = self._eye.facing(frame, state, share @ proposal.particles)
+        place = shares(judgement.weights) @ proposal.particles
+        said, cost = self._eye.facing(frame, state, place)
         frame_of = Whitening.of(proposal.mean, proposal.cov)
         points = frame_of.whitened(proposal.particles)
-        payload, fitting = mixture_message(self._eye, state, points, share, judgement.similarity, said)
+        payload, fitting = mixture_message(self._eye, state, points, judgement, said)
         return payload, judgement.work + cost + fitting
 
 
@@ -44,8 +45,7 @@ def mixture_message(
     eye: Eye,
     state: StatePayload,
     points: FloatArray,
-    weights: FloatArray,
-    similarity: float,
+    judgement: Judgement,
     facing: FloatArray,
 ) -> tuple[MixturePayload, Work]:
     """Return what one camera sends of its weighted particles.
@@ -53,13 +53,11 @@ def mixture_message(
     Parameters
     ----------
     points : (m, d) in coordinates in which the prediction is N(0, I)
-    weights : (m,) sum to one
-    similarity : of the best particle
     facing : what the camera says of the orientation
     """
-    mixture, work = fitted(eye, state, points, weights, facing.size)
+    mixture, work = fitted(eye, state, points, judgement, facing.size)
     payload = MixturePayload(
-        state.target, state.step, mixture, (eye.number,), similarity, (facing,), eye.params.encoding
+        state.target, state.step, mixture, (eye.number,), judgement.similarity, (facing,), eye.params.encoding
     )
     return payload, work
 

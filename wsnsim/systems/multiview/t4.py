@@ -45,11 +45,10 @@ class T4Camera:
             return None, Work()
         cloud = propose_in_image(prediction, eye.number, state, eye.params, eye.site)
         judgement = eye.weigh_in_image(frame, state, proposal, cloud)
-        weights = shares(judgement.weights)
         places, cost = lifted(cloud, eye.camera, proposal)
-        said, facing_cost = eye.facing(frame, state, weights @ places)
+        said, facing_cost = eye.facing(frame, state, shares(judgement.weights) @ places)
         points = Whitening(prediction.mean, cloud.root).whitened(cloud.particles)
-        payload, fitting = t1.mixture_message(eye, state, points, weights, judgement.similarity, said)
+        payload, fitting = t1.mixture_message(eye, state, points, judgement, said)
         return payload, judgement.work + cost + facing_cost + fitting
 
 
