@@ -122,6 +122,7 @@ def test_latency_is_that_of_estimates_from_measurements():
     figures = latency(KINDS)
     assert figures["latency_p50_s"] == pytest.approx((0.1 + 0.3) / 2)
     assert figures["latency_p95_s"] == pytest.approx(0.1 + 0.95 * 0.2)
+    assert figures["latency_p99_s"] == pytest.approx(0.1 + 0.99 * 0.2)
     blind = latency(KINDS[KINDS["kind"] != "update"])
     assert (blind["latency_p50_s"], blind["latency_p95_s"]) == (None, None)
 

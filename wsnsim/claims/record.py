@@ -26,6 +26,8 @@ FIGURES = (
     "cpu_cycles_per_step",
     "energy_per_step_j",
     "latency_p95_s",
+    "latency_p99_s",
+    "heard_ratio",
 )
 _DIGITS = 9
 """Significant digits: more than any comparison asks for, less than a machine's rounding shows."""
@@ -67,14 +69,12 @@ def planned(row: Mapping[str, object], studies: Sequence[StudyFile], root: Path)
 
     Raises
     ------
-    OutputError : the study has no such run any more, or its scenario is another one now
+    OutputError : the study has no such run any more
     """
     files = {study.name: root / study.file for study in studies}
     loaded = load_study(files[str(row["study"])])
     of = f"{row['study']}, cell {row['cell']}, seed {row['seed']}"
     for run in loaded.runs:
         if run.cell.name == row["cell"] and run.seed == row["seed"]:
-            if run.scenario_sha256 != row["scenario_sha256"]:
-                raise OutputError(f"{of}: the scenario has changed since the report; run: make reports")
             return run
     raise OutputError(f"{of}: the study has no such run any more; run: make reports")

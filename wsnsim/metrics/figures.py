@@ -19,6 +19,7 @@ SUMMARY_KEYS = frozenset(
         "smoothed_error_mean_m",
         "latency_p50_s",
         "latency_p95_s",
+        "latency_p99_s",
         "heard_ratio",
         "missed_deadlines",
         "unmeasured_steps",

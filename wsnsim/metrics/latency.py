@@ -9,7 +9,7 @@ from wsnsim.metrics.figures import Figures
 def latency(steps: pd.DataFrame) -> Figures:
     """Return percentiles of the estimates' latency, and counts of the (step, target) pairs without one.
 
-    - `latency_p50_s`, `latency_p95_s`: of the estimates made from measurements;
+    - `latency_p50_s`, `latency_p95_s`, `latency_p99_s`: of the estimates made from measurements;
       a prediction is there at once and says nothing of how long measuring takes.
     - `missed_deadlines`: cameras were asked and none was heard in time, or
       there is no estimate at all.
@@ -25,6 +25,7 @@ def latency(steps: pd.DataFrame) -> Figures:
     return {
         "latency_p50_s": float(np.percentile(waited, 50)) if waited.size else None,
         "latency_p95_s": float(np.percentile(waited, 95)) if waited.size else None,
+        "latency_p99_s": float(np.percentile(waited, 99)) if waited.size else None,
         "missed_deadlines": int(((kind == "timed_out") | kind.isna()).sum()),
         "unmeasured_steps": int((kind != "update").sum()),
         "skipped_steps": int((kind == "skipped").sum()),

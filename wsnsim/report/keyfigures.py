@@ -159,6 +159,12 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
         "latency_p95_s", "95th percentile of the latency", "one such estimate in twenty took longer", duration
     ),
     KeyFigure(
+        "latency_p99_s",
+        "99th percentile of the latency",
+        "one such estimate in a hundred took longer",
+        duration,
+    ),
+    KeyFigure(
         "energy_per_step_j",
         "Energy a step",
         "drawn by all motes; the base station is not counted",
