@@ -128,7 +128,7 @@ class BaseProgram:
                 return Step()
         elif isinstance(track, Track) and payload.step == track.step:
             cameras = self._cameras_of(source, payload)
-            refusal = self._refusal(cameras, payload, track)
+            refusal = self._refusal(source, cameras, payload, track)
             if refusal:
                 return _refused(payload.kind, source, refusal)
             track.reports.append(Report(cameras, payload))
@@ -145,7 +145,7 @@ class BaseProgram:
             self._cameras[number] if number < known else f"camera {number}" for number in said.cameras
         )
 
-    def _refusal(self, cameras: tuple[NodeId, ...], said: Said, track: Track) -> str:
+    def _refusal(self, source: NodeId, cameras: tuple[NodeId, ...], said: Said, track: Track) -> str:
         """Return why something said is of no use, or nothing."""
         if not isinstance(said, self._variant.said):
             return f"tracker {self._params.variant} has no use for it"
@@ -162,8 +162,8 @@ class BaseProgram:
             return f"{said.weights.size} weights for {self._params.particles} particles"
         if isinstance(said, MixturePayload) and said.mixture.dimension != self._variant.dimension:
             return f"a mixture in {said.mixture.dimension} dimensions, not {self._variant.dimension}"
-        if isinstance(said, MixturePayload) and len(cameras) > 1 and not self._variant.fused_on_the_way:
-            return f"tracker {self._params.variant} hears each camera by itself, got {len(cameras)} in one"
+        if not self._variant.fused_on_the_way and cameras != (source,):
+            return f"tracker {self._params.variant} hears each camera by itself, got {', '.join(cameras)}"
         if isinstance(said, MixturePayload) and not plausible(said.mixture):
             return "a mixture that no particles make"
         return ""

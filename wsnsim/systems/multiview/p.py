@@ -151,12 +151,18 @@ class PCamera:
 def posterior(
     params: MultiviewParams, site: Site, question: Question, reports: Sequence[Report]
 ) -> Posterior:
-    """Intersect the rays, each as sure as its camera is."""
+    """Intersect the rays, each as sure as its camera is.
+
+    The centre of an outline stands for the image of the target's centre, of which it is up
+    to a pixel off: a tracker that knows nothing of space cannot tell.
+    """
     prior = Gaussian(question.proposal.mean, _WEAK_SD_M**2 * np.eye(3))
     densities = []
     for report in reports:
         assert isinstance(report.said, RayPayload)
         (node,) = report.cameras
+        if image_prediction(site.cameras[node], question.proposal, question.state, params, site) is None:
+            continue
         root = report.said.root()
         mixture = GaussianMixture.single(report.said.pixel, root @ root.T)
         densities.append(ImageDensity(site.cameras[node], mixture, np.empty((0, 3))))

@@ -46,6 +46,13 @@ PUBLISHED: Mapping[str, Any] = {
 """What `preset: published` puts in where a key is not given: the printed forms."""
 
 
+def _filled_in(printed: Any, given: Any) -> Any:
+    """Return a section as given, the printed form in place of what it leaves out, unless of another kind."""
+    if not isinstance(printed, Mapping) or not isinstance(given, Mapping):
+        return given
+    return {**printed, **given} if given.get("kind", printed.get("kind")) == printed.get("kind") else given
+
+
 class MultiviewParams(SystemParams):
     """Parameters of trackers that compare multi-view histograms with images."""
 
@@ -61,7 +68,7 @@ class MultiviewParams(SystemParams):
         "T4: mixtures in the images",
     )
     particles: int = Field(
-        1000, ge=10, le=100_000, description="M, drawn alike at every node; fewer have no covariance in space"
+        1000, ge=10, le=100_000, description="M, drawn alike at every node; fewer than 10 have no covariance"
     )
     particle_sd_m: float = Field(
         0.22,
@@ -81,7 +88,7 @@ class MultiviewParams(SystemParams):
         "mmse",
         description="mmse: mean of particles or mixture (Eq. 24); mle, map: the best particle (Eqs. 25, 26), "
         "or, of a mixture, its component likeliest without the prediction, its highest mode with it "
-        "(Eq. 29); T4's is always map",
+        "(Eq. 29); those of T4 and P are always map",
     )
     encoding: Encoding = Field(
         "float64", description="how the numbers in messages travel; uint8: weights in 1/255ths of the largest"
@@ -132,7 +139,8 @@ class MultiviewParams(SystemParams):
             return data
         # T1 to T3 take the highest mode of their mixture (Eq. 29)
         mode = {"estimator": "map"} if data.get("variant") in ("T1", "T2", "T3") else {}
-        return {**PUBLISHED, **mode, **data}
+        given = {key: _filled_in(PUBLISHED[key], value) for key, value in data.items() if key in PUBLISHED}
+        return {**PUBLISHED, **mode, **data, **given}
 
     @model_validator(mode="after")
     def _search_for_a_start(self) -> Self:
