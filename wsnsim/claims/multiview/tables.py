@@ -167,7 +167,7 @@ def radio(evidence: Evidence) -> str:
         "lost",
         "bytes on the air a step",
         "joules a step",
-        "steps measured",
+        "steps measured, or the target found anew",
         f"in {1000 * DEADLINE_S:.0f} ms",
         "cameras heard",
         "latency, 95th percentile [s]",
@@ -192,12 +192,8 @@ def radio(evidence: Evidence) -> str:
 
 
 def heard_share(results: Results, cell: str) -> float:
-    """Return the share of cameras that see the target whose images are in a measured estimate."""
-    steps = results.steps[cell]
-    updates = steps[(steps["kind"] == "update") & (steps["participating"] > 0)]
-    heard = updates["heard"].astype("float64").clip(upper=updates["participating"])
-    seen = float(updates["participating"].sum())
-    return float(heard.sum()) / seen if seen else float("nan")
+    """Return of the cameras that were asked the share whose answers were in time, over all runs."""
+    return float(mean_of(results, cell, "heard_ratio").value)
 
 
 def factors(evidence: Evidence) -> str:
