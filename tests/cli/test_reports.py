@@ -106,7 +106,7 @@ _OF = "SELECT scenario_sha256 FROM plan JOIN cells USING (cell) WHERE name = 'FG
 def test_a_missing_run_is_named_with_its_command(deployed: Path) -> None:
     _spoil(deployed, f"DELETE FROM results WHERE scenario_sha256 IN ({_OF})")
     with pytest.raises(
-        OutputError, match=r"cell FGH/T3 must have all of its 4 runs, got 3; run: wsnsim sweep"
+        OutputError, match=r"cell FGH/T3 must have all of its 3 runs, got 2; run: wsnsim sweep"
     ):
         read_results(DEPLOYED, deployed)
 
