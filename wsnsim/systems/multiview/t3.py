@@ -13,13 +13,9 @@ from wsnsim.messages.mixture import MixturePayload
 from wsnsim.messages.state import StatePayload
 from wsnsim.systems.base import Site
 from wsnsim.systems.multiview import t1
-from wsnsim.systems.multiview.eye import Eye, shares
-from wsnsim.systems.multiview.image_proposal import (
-    image_prediction,
-    image_spacing_variance,
-    propose_in_image,
-)
-from wsnsim.systems.multiview.lifting import lifted
+from wsnsim.systems.multiview.eye import Eye
+from wsnsim.systems.multiview.image_proposal import image_spacing_variance
+from wsnsim.systems.multiview.image_view import view_in_image
 from wsnsim.systems.multiview.mixing import at_base
 from wsnsim.systems.multiview.params import MultiviewParams
 from wsnsim.systems.multiview.proposal import Proposal
@@ -38,17 +34,12 @@ class T3Camera:
         self, frame: Frame, state: StatePayload, proposal: Proposal
     ) -> tuple[MixturePayload | None, Work]:
         """Return the mixture of the lifted particles."""
-        eye = self._eye
-        prediction = image_prediction(eye.camera, proposal, state, eye.params, eye.site)
-        if prediction is None:
+        view = view_in_image(self._eye, frame, state, proposal)
+        if view is None:
             return None, Work()
-        cloud = propose_in_image(prediction, eye.number, state, eye.params, eye.site)
-        judgement = eye.weigh_in_image(frame, state, proposal, cloud)
-        places, cost = lifted(cloud, eye.camera, proposal)
-        said, facing_cost = eye.facing(frame, state, shares(judgement.weights) @ places)
-        points = Whitening.of(proposal.mean, proposal.cov).whitened(places)
-        payload, fitting = t1.mixture_message(eye, state, points, judgement, said)
-        return payload, judgement.work + cost + facing_cost + fitting
+        points = Whitening.of(proposal.mean, proposal.cov).whitened(view.places)
+        payload, fitting = t1.mixture_message(self._eye, state, points, view.judgement, view.facing)
+        return payload, view.work + fitting
 
 
 def posterior(
