@@ -1,7 +1,9 @@
 """Nodes on a tree that count themselves: what the tests of aggregation on the way run, over any network."""
 
+import runpy
 import struct
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -11,14 +13,16 @@ import simpy
 from wsnsim.errors import DecodeError
 from wsnsim.hardware.profiles import PLATFORMS, RADIOS
 from wsnsim.hardware.work import Work
+from wsnsim.net.channel.channel import Channel
+from wsnsim.net.channel.links import Links
+from wsnsim.net.channel.propagation import LogDistance
 from wsnsim.net.clock import Clock
 from wsnsim.net.collection import GUARD_S
-from wsnsim.net.config import Ieee802154Config
 from wsnsim.net.ideal import IdealNetwork
-from wsnsim.net.ieee802154 import Ieee802154Network
 from wsnsim.net.interface import LinkCounters, Outcome
-from wsnsim.net.propagation import LogDistance
-from wsnsim.net.routing import tree_from_parents
+from wsnsim.net.radio import RadioNetwork
+from wsnsim.net.routing.search import link_powers
+from wsnsim.net.routing.tree import tree_from_parents
 from wsnsim.records import MemorySink, MessageRow
 from wsnsim.rng import RandomStreams
 from wsnsim.sim.collecting import ways
@@ -28,6 +32,7 @@ from wsnsim.sim.power import NodePower, RadioMeter
 from wsnsim.systems.base import Aggregate, GroupKey, Role, Scope, Send, Step, Timer
 from wsnsim.units import to_ns, to_s
 
+stack_of = runpy.run_path(str(Path(__file__).parent / "radio_bench.py"))["stack_of"]
 PLATFORM = PLATFORMS["imote2_416"]
 CHAIN = {"base": None, "a": "base", "b": "a", "c": "b"}
 STAR = {"base": None, "a": "base", "b": "base", "c": "base", "d": "base"}
@@ -226,8 +231,10 @@ class CollectionBench:
         if network == "ideal":
             self.network = IdealNetwork(self.env, self.tree, self.mail)
         elif network == "ieee802154":
-            self.network = Ieee802154Network(
-                self.env, _places(self.tree), self.tree, LogDistance(), Ieee802154Config(**config),
+            stack = stack_of(config)
+            links = Links.from_matrix(link_powers(_places(self.tree), LogDistance(), stack.radio))
+            self.network = RadioNetwork(
+                self.env, tuple(self.tree.parent), self.tree, Channel(links), stack,
                 RandomStreams(seed), self.mail, {node: RadioMeter(power) for node, power in powers.items()},
             )  # fmt: skip
         else:

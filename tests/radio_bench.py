@@ -1,15 +1,20 @@
 """A small radio network on a bench: what the network's tests send through it, and what they hear."""
 
 import itertools
+from dataclasses import fields
 
 import numpy as np
 import simpy
 
-from wsnsim.net.config import Ieee802154Config
-from wsnsim.net.ieee802154 import Ieee802154Network
+from wsnsim.net.channel.channel import Channel
+from wsnsim.net.channel.links import Links
+from wsnsim.net.channel.propagation import LogDistance
+from wsnsim.net.config import LinkConfig, RadioConfig, RouteConfig
 from wsnsim.net.interface import Datagram
-from wsnsim.net.propagation import LogDistance
-from wsnsim.net.routing import tree_from_parents
+from wsnsim.net.mac.csma_ca import CsmaCaConfig, CsmaCaFamily
+from wsnsim.net.radio import RadioNetwork, Stack
+from wsnsim.net.routing.search import link_powers, radio_tree
+from wsnsim.net.routing.tree import tree_from_parents
 from wsnsim.rng import RandomStreams
 
 OTHERS = {
@@ -19,6 +24,28 @@ OTHERS = {
     "mesh_header_bytes": 0,
 }
 """The radio of ns-3's lr-wpan module, which has no mesh header."""
+
+
+def of_class(kind, config):
+    """Return the entries of flat parameters that a class of parameters has."""
+    return kind(**{field.name: config[field.name] for field in fields(kind) if field.name in config})
+
+
+def stack_of(config):
+    """Sort flat parameters of unslotted CSMA/CA over 802.15.4 by layer."""
+    classes = (CsmaCaConfig, RadioConfig, LinkConfig, RouteConfig)
+    unknown = set(config) - {field.name for kind in classes for field in fields(kind)}
+    assert not unknown, unknown
+    family = CsmaCaFamily(of_class(CsmaCaConfig, config))
+    return Stack(family, of_class(RadioConfig, config), of_class(LinkConfig, config))
+
+
+def tree_to(base, positions, propagation=None, **config):
+    """Return the tree that the links of a 802.15.4 network suggest."""
+    stack = stack_of(config)
+    propagation = LogDistance() if propagation is None else propagation
+    routes = of_class(RouteConfig, config)
+    return radio_tree(positions, base, propagation, stack.family, stack.radio, routes)
 
 
 class RadioBench:
@@ -37,16 +64,22 @@ class RadioBench:
         self.frames = []
         self.on_fate = None
         self._numbers = itertools.count()
-        routes = parents if isinstance(parents, str) else tree_from_parents(parents)
-        self.network = Ieee802154Network(
+        record_frames = config.pop("record_frames", False)
+        stack, propagation = stack_of(config), LogDistance(exponent=3.0, reference_loss_db=40.05)
+        if isinstance(parents, str):
+            tree = tree_to(parents, positions, propagation, **config)
+        else:
+            tree = tree_from_parents(parents)
+        self.network = RadioNetwork(
             self.env,
-            positions,
-            routes,
-            LogDistance(exponent=3.0, reference_loss_db=40.05),
-            Ieee802154Config(**config),
+            tuple(positions),
+            tree,
+            Channel(Links.from_matrix(link_powers(positions, propagation, stack.radio))),
+            stack,
             RandomStreams(seed),
             self,
             {} if meters is None else meters,
+            record_frames,
         )
 
     @classmethod

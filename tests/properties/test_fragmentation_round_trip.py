@@ -2,7 +2,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wsnsim.net.fragmentation import Reassembler, fragment, fragment_count, parse_fragment
-from wsnsim.net.frames import MacData, decode_frame
+from wsnsim.net.mac.frames import MacData, decode_frame
 from wsnsim.net.mesh import MeshHeader, decode_mesh
 
 SIZES = st.one_of(st.integers(0, 400), st.integers(2030, 2070), st.integers(0, 20_000))

@@ -9,13 +9,12 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from wsnsim.net.config import Ieee802154Config
-from wsnsim.net.ieee802154 import radio_tree
+from wsnsim.net.channel.propagation import distances
 from wsnsim.net.interface import Outcome
-from wsnsim.net.propagation import LogDistance, distances
-from wsnsim.net.routing import RoutingError
+from wsnsim.net.routing.tree import RoutingError
 
-RadioBench = runpy.run_path(str(Path(__file__).parents[1] / "radio_bench.py"))["RadioBench"]
+BENCH = runpy.run_path(str(Path(__file__).parents[1] / "radio_bench.py"))
+RadioBench, tree_to = BENCH["RadioBench"], BENCH["tree_to"]
 RANGE_M = 10.0 ** ((95.0 - 40.05) / 30.0)
 
 
@@ -40,10 +39,10 @@ def test_the_tree_reaches_the_base_in_fewest_hops(seed, nodes, side_m):
         within |= reached
     if not within.all():
         with pytest.raises(RoutingError) as raised:
-            radio_tree(places, "n0", LogDistance(), Ieee802154Config())
+            tree_to("n0", places)
         assert [f"'n{at}' cannot" in str(raised.value) for at in range(nodes)] == (~within).tolist()
         return
-    tree = radio_tree(places, "n0", LogDistance(), Ieee802154Config())
+    tree = tree_to("n0", places)
     assert list(tree.depth.values()) == hops.tolist()
     for node, parent in tree.parent.items():
         if parent is not None:

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 import simpy
 
-from wsnsim.net.collection import csma_ca_service_ns, latest_s, leads_s
-from wsnsim.net.config import Ieee802154Config
+from wsnsim.net.collection import latest_s, leads_s
+from wsnsim.net.config import RadioConfig
 from wsnsim.net.fragmentation import fragment
 from wsnsim.net.ideal import IdealNetwork
-from wsnsim.net.routing import tree_from_parents
+from wsnsim.net.mac.csma_ca_service import csma_ca_service_ns
+from wsnsim.net.routing.tree import tree_from_parents
 
 RadioBench = runpy.run_path(str(Path(__file__).parents[1] / "radio_bench.py"))["RadioBench"]
 
@@ -128,7 +129,7 @@ def test_only_nodes_of_the_same_depth_that_are_heard_contend():
     places["near2"] = (-1.2 * reach_m, 0.0, 0.0)
     beyond = RadioBench(places, parents, **loud)
     assert beyond.network.hop_service_s(50, "near1") == pytest.approx(csma_ca_service_ns([66], 1, 3) / 1e9)
-    assert Ieee802154Config().cca_threshold_dbm == -77.0
+    assert RadioConfig().cca_threshold_dbm == -77.0
 
 
 def test_leads_add_up_along_the_way_and_a_child_is_done_when_its_parent_begins():

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from wsnsim.geometry.camera import PinholeCamera
-from wsnsim.net.config import Ieee802154Config
-from wsnsim.net.ieee802154 import link_powers
-from wsnsim.net.linkquality import expected_transmissions, weakest_usable_dbm
-from wsnsim.net.propagation import LogDistance
-from wsnsim.net.routing import tree_from_parents
+from wsnsim.net.channel.propagation import LogDistance
+from wsnsim.net.config import RadioConfig
+from wsnsim.net.phy.ieee802154 import O_QPSK
+from wsnsim.net.routing.linkquality import expected_transmissions, weakest_usable_dbm
+from wsnsim.net.routing.search import link_powers
+from wsnsim.net.routing.tree import tree_from_parents
 from wsnsim.sim.maps import Grid, Links, coverage_of, reach_of
 from wsnsim.world.bodies import Body, PatchTexture
 from wsnsim.world.motion import Pose
@@ -130,16 +131,16 @@ def test_the_floor_is_counted_without_what_stands_on_it():
 
 
 def linked(places, **radio):
-    config = Ieee802154Config(**radio)
+    config = RadioConfig(**radio)
     power = link_powers(places, LogDistance(), config)
     tree = tree_from_parents({node: None if node == "base" else "base" for node in places})
     return Links(
         tuple(places),
         np.array(list(places.values()), dtype=np.float64),
         power,
-        expected_transmissions(power, config, 127),
-        weakest_usable_dbm(config),
-        config.link_success_min,
+        expected_transmissions(power, O_QPSK, config, 127, 5),
+        weakest_usable_dbm(O_QPSK, config, 0.9),
+        0.9,
         tree,
     )
 

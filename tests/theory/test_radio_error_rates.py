@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wsnsim.net.phy import air_time_ns, bit_error_rate, log_success, weakest_sinr
+from wsnsim.net.phy.ieee802154 import O_QPSK, air_time_ns, bit_error_rate, log_success
+from wsnsim.net.routing.linkquality import weakest_sinr
 
 RadioBench = runpy.run_path(str(Path(__file__).parents[1] / "radio_bench.py"))["RadioBench"]
 
@@ -43,10 +44,10 @@ def test_frame_success(bits, sinr_db, success):
 
 
 def test_weakest_sinr_is_where_a_frame_just_succeeds():
-    sinr = weakest_sinr(127, 0.9)
+    sinr = weakest_sinr(O_QPSK, 127, 0.9)
     assert exp(log_success(sinr, 8 * (127 + 6))) == pytest.approx(0.9, abs=1e-9)
     with pytest.raises(ValueError, match="success"):
-        weakest_sinr(127, 1.0)
+        weakest_sinr(O_QPSK, 127, 1.0)
 
 
 def test_air_time():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, kstest
 
-from wsnsim.net.propagation import LogDistance
-from wsnsim.net.shadowing import Shadowed, mean_of, shadowing_db
+from wsnsim.net.channel.propagation import LogDistance
+from wsnsim.net.channel.shadowing import Shadowed, mean_of, shadowing_db
 from wsnsim.rng import RandomStreams
 
 NODES = [f"n{i}" for i in range(60)]

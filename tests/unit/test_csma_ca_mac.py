@@ -7,12 +7,12 @@ import pytest
 import simpy
 
 from wsnsim.net.clock import Clock
-from wsnsim.net.config import Ieee802154Config
-from wsnsim.net.csma_ca import CsmaCa
-from wsnsim.net.frames import BROADCAST, MacAck, MacData, decode_frame
 from wsnsim.net.interface import Outcome
-from wsnsim.net.medium import Radio, Transmission
-from wsnsim.net.phy import air_time_ns
+from wsnsim.net.mac.csma_ca import CsmaCa, CsmaCaConfig
+from wsnsim.net.mac.frames import MacAck, MacData, decode_frame
+from wsnsim.net.phy.base import BROADCAST, Transmission
+from wsnsim.net.phy.ieee802154 import air_time_ns
+from wsnsim.net.phy.medium import Radio
 
 CCA_NS, TURN_NS, SLOT_NS, ACK_WAIT_NS = 128_000, 192_000, 320_000, 864_000
 
@@ -25,7 +25,7 @@ class Stand:
         self.clock = Clock(self.env)
         self.is_busy = busy
         self.assessed, self.sent, self.done_with, self.got, self.turned = [], [], [], [], []
-        self.mac = CsmaCa(self.clock, self, Ieee802154Config(**config), 1, np.random.default_rng(5))
+        self.mac = CsmaCa(self.clock, self, CsmaCaConfig(**config), 1, np.random.default_rng(5))
         self.radio = Radio(1, lambda now, cause: None, np.random.default_rng(6), self.mac)
         self.mac.connect(self.radio, self)
 

@@ -1,7 +1,9 @@
 """ETX of links from the PHY's own error rates, and the trees of fewest transmissions."""
 
 import math
+import runpy
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,12 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse.csgraph import dijkstra
 
-from wsnsim.net.config import Ieee802154Config
-from wsnsim.net.ieee802154 import radio_tree
-from wsnsim.net.linkquality import expected_transmissions, frame_successes, weakest_usable_dbm
-from wsnsim.net.propagation import LogDistance
-from wsnsim.net.routing import RoutingError, etx_tree
+from wsnsim.net.config import RadioConfig
+from wsnsim.net.phy.ieee802154 import O_QPSK
+from wsnsim.net.routing.linkquality import expected_transmissions, frame_successes, weakest_usable_dbm
+from wsnsim.net.routing.search import etx_tree
+from wsnsim.net.routing.tree import RoutingError
 
+tree_to = runpy.run_path(str(Path(__file__).parents[1] / "radio_bench.py"))["tree_to"]
 QUIET = {"sensitivity_dbm": -120.0, "noise_dbm": -100.0}
 BIT_ERRORS = {-5: 7.517e-2, -3: 1.642e-2, -1: 1.149e-3, 0: 1.6153e-4, 1: 1.2912e-5, 2: 5.131e-7}
 """Of IEEE 802.15.4-2006, sec. E.4.1.8, by SINR [dB]."""
@@ -31,7 +34,7 @@ def matrix(links, nodes):
 @pytest.mark.parametrize(("forward_db", "back_db"), [(0, 0), (-1, 2), (2, -1), (-3, 1), (-5, -5)])
 def test_etx_is_one_over_the_chance_of_the_frame_and_its_ack(forward_db, back_db):
     power = matrix({(0, 1): -100.0 + forward_db, (1, 0): -100.0 + back_db}, 2)
-    etx = expected_transmissions(power, Ieee802154Config(**QUIET), 127)
+    etx = expected_transmissions(power, O_QPSK, RadioConfig(**QUIET), 127, 5)
     # 6 octets of synchronisation and PHY header, then the MPDU: 127 B, or the ACK's 5 B
     frame, ack = 8 * (6 + 127), 8 * (6 + 5)
     there = (1 - BIT_ERRORS[forward_db]) ** frame * (1 - BIT_ERRORS[back_db]) ** ack
@@ -44,18 +47,18 @@ def test_etx_is_one_over_the_chance_of_the_frame_and_its_ack(forward_db, back_db
 
 
 def test_what_a_receiver_does_not_notice_has_no_etx():
-    config = Ieee802154Config(sensitivity_dbm=-95.0, noise_dbm=-120.0)
+    config = RadioConfig(sensitivity_dbm=-95.0, noise_dbm=-120.0)
     heard = matrix({(0, 1): -94.9, (1, 0): -95.1}, 2)
-    assert frame_successes(heard, config, 127)[0, 1] == pytest.approx(1.0)
-    assert np.all(np.isinf(expected_transmissions(heard, config, 127)))
-    deaf = Ieee802154Config(sensitivity_dbm=-120.0, noise_dbm=-100.0, lock_sinr_db=3.0)
-    assert frame_successes(matrix({(0, 1): -98.0}, 2), deaf, 5)[0, 1] == 0.0
+    assert frame_successes(heard, O_QPSK, config, 127)[0, 1] == pytest.approx(1.0)
+    assert np.all(np.isinf(expected_transmissions(heard, O_QPSK, config, 127, 5)))
+    deaf = RadioConfig(sensitivity_dbm=-120.0, noise_dbm=-100.0, lock_sinr_db=3.0)
+    assert frame_successes(matrix({(0, 1): -98.0}, 2), O_QPSK, deaf, 5)[0, 1] == 0.0
 
 
 def test_the_weakest_usable_link_carries_the_wanted_share():
-    config = Ieee802154Config(**QUIET, link_success_min=0.73)
-    power = matrix({(0, 1): weakest_usable_dbm(config)}, 2)
-    assert frame_successes(power, config, 127)[0, 1] == pytest.approx(0.73, abs=1e-9)
+    config = RadioConfig(**QUIET)
+    power = matrix({(0, 1): weakest_usable_dbm(O_QPSK, config, 0.73)}, 2)
+    assert frame_successes(power, O_QPSK, config, 127)[0, 1] == pytest.approx(0.73, abs=1e-9)
 
 
 def test_two_good_hops_beat_a_bad_one_and_lose_to_a_fair_one():
@@ -74,11 +77,11 @@ def test_two_good_hops_beat_a_bad_one_and_lose_to_a_fair_one():
 
 def test_min_hop_takes_the_long_link_that_etx_leaves():
     """One hop of which four in five frames are lost, or two of which none is."""
-    radio = {"noise_dbm": -95.4, "sensitivity_dbm": -110.0, "link_success_min": 0.2}
-    reach = 10 ** ((0.0 - weakest_usable_dbm(Ieee802154Config(**radio)) - 40.05) / 30.0)
+    radio = {"noise_dbm": -95.4, "sensitivity_dbm": -110.0}
+    reach = 10 ** ((0.0 - weakest_usable_dbm(O_QPSK, RadioConfig(**radio), 0.2) - 40.05) / 30.0)
     places = {"base": (0, 0, 0), "middle": (0.5 * reach, 0, 0), "far": (0.99 * reach, 0, 0)}
-    hops = radio_tree(places, "base", LogDistance(), Ieee802154Config(**radio))
-    etx = radio_tree(places, "base", LogDistance(), Ieee802154Config(**radio, etx_frame_bytes=127))
+    hops = tree_to("base", places, **radio, link_success_min=0.2)
+    etx = tree_to("base", places, **radio, link_success_min=0.2, etx_frame_bytes=127)
     assert (hops.parent["far"], etx.parent["far"]) == ("base", "middle")
 
 
@@ -119,4 +122,4 @@ def test_every_way_is_as_cheap_as_dijkstra_of_scipy_finds_it(seed, nodes):
 
 def test_a_frame_length_beyond_the_standard_is_refused():
     with pytest.raises(ValueError, match="etx_frame_bytes: must be 1 to 127, got 128"):
-        Ieee802154Config(etx_frame_bytes=128)
+        tree_to("a", {"a": (0, 0, 0)}, etx_frame_bytes=128)

@@ -5,7 +5,7 @@ import simpy
 
 from wsnsim.net.ideal import IdealNetwork
 from wsnsim.net.interface import Datagram, Outcome
-from wsnsim.net.routing import RoutingError, tree_from_parents
+from wsnsim.net.routing.tree import RoutingError, tree_from_parents
 
 PARENTS = {"base": None, "relay": "base", "near": "base", "far": "relay"}
 

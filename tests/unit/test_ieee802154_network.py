@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from wsnsim.net.config import Ieee802154Config
 from wsnsim.net.interface import Outcome
-from wsnsim.net.routing import RoutingError
+from wsnsim.net.routing.tree import RoutingError
 
 RadioBench = runpy.run_path(str(Path(__file__).parents[1] / "radio_bench.py"))["RadioBench"]
 
@@ -319,4 +318,4 @@ def test_long_ways_take_the_longer_mesh_header():
 )
 def test_parameters_outside_their_range(field, value):
     with pytest.raises(ValueError, match=field):
-        Ieee802154Config(**{field: value})
+        RadioBench({"a": (0, 0, 0)}, "a", **{field: value})

@@ -74,7 +74,7 @@ def test_a_frame_that_starts_again_is_passed_up_once():
             for k in range(5):
                 star.send(f"n{node}", "n0", bytes(30), at_ns=k * 30_000_000)
         passed = []
-        link = star.network._links["n0"]
+        link = star.network._layers["n0"]
         received = link.received
         link.received = lambda payload, source, cargo, received=received, passed=passed: (
             passed.append(cargo),

@@ -3,7 +3,7 @@ import struct
 import pytest
 
 from wsnsim.errors import DecodeError
-from wsnsim.net.frames import MAX_PAYLOAD_BYTES, MacAck, MacData, decode_frame, frame_check
+from wsnsim.net.mac.frames import MAX_PAYLOAD_BYTES, MacAck, MacData, decode_frame, frame_check
 from wsnsim.net.mesh import MeshHeader, decode_mesh
 
 REAL_ACK = bytes.fromhex("020080b031")

@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 import simpy
 
+from wsnsim.net.channel.channel import Channel as Ether
+from wsnsim.net.channel.links import Links
+from wsnsim.net.channel.propagation import to_mw
 from wsnsim.net.clock import Clock
-from wsnsim.net.config import Ieee802154Config
-from wsnsim.net.frames import BROADCAST
-from wsnsim.net.interference import peak_power, survival
-from wsnsim.net.medium import Medium, Transmission
-from wsnsim.net.phy import log_success
-from wsnsim.net.propagation import to_mw
+from wsnsim.net.config import RadioConfig
+from wsnsim.net.phy.base import BROADCAST, Transmission
+from wsnsim.net.phy.ieee802154 import O_QPSK, log_success
+from wsnsim.net.phy.interference import peak_power, survival
+from wsnsim.net.phy.medium import Medium
 
 AIR_NS = 3_744_000
 """Of a frame of 111 B."""
@@ -37,13 +39,14 @@ class Channel:
     def __init__(self, power_dbm=-60.0, links=None, nodes=3, **config):
         self.env = simpy.Environment()
         self.clock = Clock(self.env)
-        power = np.full((nodes, nodes), to_mw(power_dbm))
+        power = np.full((nodes, nodes), power_dbm)
         for (one, other), dbm in (links or {}).items():
-            power[one, other] = power[other, one] = to_mw(dbm)
-        np.fill_diagonal(power, 0.0)
+            power[one, other] = power[other, one] = dbm
         self.reports, self.heard, self.states = [], [], []
-        config = Ieee802154Config(**{"noise_dbm": -107.0} | config)
-        self.medium = Medium(self.clock, config, power, lambda *row: self.reports.append(row))
+        config = RadioConfig(**{"noise_dbm": -107.0} | config)
+        self.medium = Medium(
+            self.clock, O_QPSK, config, Ether(Links.from_matrix(power)), lambda *row: self.reports.append(row)
+        )
         self.radios = []
         for at in range(nodes):
             rng = np.random.default_rng(at)
@@ -214,11 +217,12 @@ def test_power_of_several_frames_adds_up():
 
 def test_survival_models():
     noise, sensitivity = to_mw(-107), to_mw(-95)
-    sinr, destructive = (survival(m, noise, sensitivity) for m in ("sinr", "destructive"))
-    assert sinr(1e-9, 100.0, [1e-9]) == pytest.approx(log_success(1e-9 / (noise + 1e-9), 100.0))
-    assert destructive(1e-3, 100.0, [sensitivity]) == -math.inf
+    sinr, destructive = (survival(m, O_QPSK, noise, sensitivity) for m in ("sinr", "destructive"))
+    stretch = (400_000, 800_000, 0)
+    assert sinr(1e-9, [1e-9], stretch) == pytest.approx(log_success(1e-9 / (noise + 1e-9), 100.0))
+    assert destructive(1e-3, [sensitivity], stretch) == -math.inf
     weak = [0.9 * sensitivity]
-    assert destructive(1e-9, 100.0, weak) == sinr(1e-9, 100.0, weak)
+    assert destructive(1e-9, weak, stretch) == sinr(1e-9, weak, stretch)
 
 
 def test_a_silenced_sender_cuts_its_frame():

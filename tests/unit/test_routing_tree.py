@@ -1,14 +1,16 @@
 import math
 import re
+import runpy
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from wsnsim.net.config import Ieee802154Config
-from wsnsim.net.ieee802154 import radio_tree
-from wsnsim.net.propagation import LogDistance, distances, range_m, received_dbm
-from wsnsim.net.routing import RoutingError, min_hop_tree, tree_from_parents
+from wsnsim.net.channel.propagation import LogDistance, distances, range_m, received_dbm
+from wsnsim.net.routing.search import min_hop_tree
+from wsnsim.net.routing.tree import RoutingError, tree_from_parents
 
+tree_to = runpy.run_path(str(Path(__file__).parents[1] / "radio_bench.py"))["tree_to"]
 CHAIN = {"a": "base", "base": None, "b": "a", "c": "b", "d": "base"}
 RANGE_M = 10.0 ** ((0.0 + 95.0 - 40.05) / 30.0)
 """Where 0 dBm has become -95 dBm at 40.05 + 30 log10(d)."""
@@ -51,35 +53,34 @@ def test_fewest_hops_then_the_stronger_link_then_the_first():
         "closer": (100, 10, 0),
         "between": (90, 0, 0),
     }
-    tree = radio_tree(places, "base", LogDistance(), Ieee802154Config())
+    tree = tree_to("base", places)
     assert tree.depth == {"base": 0, "near": 1, "left": 1, "right": 1, "closer": 2, "between": 2}
     assert tree.parent["closer"] == "near"
     twins = {"base": (0, 0, 0), "one": (30, 30, 0), "two": (30, -30, 0), "far": (75, 0, 0)}
-    assert radio_tree(twins, "base", LogDistance(), Ieee802154Config()).parent["far"] == "one"
+    assert tree_to("base", twins).parent["far"] == "one"
     swapped = {name: twins[name] for name in ("base", "two", "one", "far")}
-    assert radio_tree(swapped, "base", LogDistance(), Ieee802154Config()).parent["far"] == "two"
+    assert tree_to("base", swapped).parent["far"] == "two"
 
 
 def test_links_are_good_up_to_the_sensitivity():
     for distance, works in ((RANGE_M - 0.01, True), (RANGE_M + 0.01, False)):
         places = {"base": (0, 0, 0), "a": (distance, 0, 0)}
         if works:
-            assert radio_tree(places, "base", LogDistance(), Ieee802154Config()).depth["a"] == 1
+            assert tree_to("base", places).depth["a"] == 1
         else:
             with pytest.raises(RoutingError):
-                radio_tree(places, "base", LogDistance(), Ieee802154Config())
+                tree_to("base", places)
 
 
 def test_noise_shortens_links_where_it_rules():
-    noisy = Ieee802154Config(noise_dbm=-80.0)
     places = {"base": (0, 0, 0), "a": (20, 0, 0), "b": (40, 0, 0)}
-    assert radio_tree(places, "base", LogDistance(), noisy).parent["b"] == "a"
+    assert tree_to("base", places, noise_dbm=-80.0).parent["b"] == "a"
 
 
 def test_nodes_out_of_reach_are_named_with_their_nearest_node_and_the_range():
     places = {"base": (0, 0, 0), "a": (60, 0, 0), "lost": (160, 0, 0), "too": (165, 0, 0)}
     with pytest.raises(RoutingError) as raised:
-        radio_tree(places, "base", LogDistance(), Ieee802154Config())
+        tree_to("base", places)
     words = str(raised.value)
     assert f"links of up to {RANGE_M:.1f} m" in words
     assert "node 'lost' cannot: the nearest node that does is 'a', 100.0 m away" in words
@@ -95,7 +96,7 @@ def test_a_link_must_work_both_ways():
 
 def test_the_base_must_be_a_node():
     with pytest.raises(RoutingError, match="base: must be one of the nodes"):
-        radio_tree({"a": (0, 0, 0)}, "b", LogDistance(), Ieee802154Config())
+        tree_to("b", {"a": (0, 0, 0)})
 
 
 def test_log_distance():

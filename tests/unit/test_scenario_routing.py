@@ -14,7 +14,7 @@ from wsnsim.rng import RandomStreams
 from wsnsim.scenario.load import load_scenario
 from wsnsim.scenario.resolved import resolved_yaml
 from wsnsim.sim.build import build
-from wsnsim.sim.networks import node_propagation
+from wsnsim.sim.propagations import node_propagation
 from wsnsim.systems.base import Payload, Scope, Send, Step, System, SystemParams
 
 TEXT = """\

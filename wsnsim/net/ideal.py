@@ -15,7 +15,7 @@ from wsnsim.net.clock import Clock
 from wsnsim.net.collection import GUARD_S
 from wsnsim.net.flights import Flight, Flights
 from wsnsim.net.interface import Datagram, LinkCounters, NetworkObserver, Outcome
-from wsnsim.net.routing import Tree, check_datagram
+from wsnsim.net.routing.tree import Tree, check_datagram
 from wsnsim.types import NodeId, Seconds
 
 

@@ -21,14 +21,14 @@ from dataclasses import dataclass, field
 from typing import Any, cast
 
 from wsnsim.net.clock import Call, Clock
-from wsnsim.net.config import Ieee802154Config
-from wsnsim.net.csma_ca import CsmaCa
+from wsnsim.net.config import LinkConfig
 from wsnsim.net.flights import Flight, Flights
 from wsnsim.net.fragmentation import DatagramKey, Reassembler, fragment, parse_fragment
-from wsnsim.net.frames import BROADCAST, MAX_PAYLOAD_BYTES
 from wsnsim.net.interface import Outcome
+from wsnsim.net.mac.base import Mac
 from wsnsim.net.mesh import DEEP_MESH_BYTES, MAX_SHALLOW_HOPS, MESH_BYTES, MeshHeader, decode_mesh
-from wsnsim.net.routing import Tree
+from wsnsim.net.phy.base import BROADCAST
+from wsnsim.net.routing.tree import Tree
 from wsnsim.types import NodeId
 from wsnsim.units import to_ns
 
@@ -57,11 +57,16 @@ class Directory:
     flights: Flights
 
 
-def fragment_room_bytes(config: Ieee802154Config, hops: int) -> int:
-    """Return what a frame has left for a fragment on a way of `hops` hops [B]."""
+def fragment_room_bytes(max_payload_bytes: int, config: LinkConfig, hops: int) -> int:
+    """Return what a frame has left for a fragment on a way of `hops` hops [B].
+
+    Parameters
+    ----------
+    max_payload_bytes : what one frame of the MAC carries [B]
+    """
     if config.mesh_header_bytes == 0:
-        return MAX_PAYLOAD_BYTES
-    return MAX_PAYLOAD_BYTES - (MESH_BYTES if hops <= MAX_SHALLOW_HOPS else DEEP_MESH_BYTES)
+        return max_payload_bytes
+    return max_payload_bytes - (MESH_BYTES if hops <= MAX_SHALLOW_HOPS else DEEP_MESH_BYTES)
 
 
 class Link:
@@ -73,13 +78,21 @@ class Link:
     clock : the event clock
     config : queue sizes, timeout and mesh header
     mac : the MAC below
+    max_payload_bytes : what one of its frames carries [B]
     directory : the tree, the addresses and the account of datagrams
     """
 
     def __init__(
-        self, node: NodeId, clock: Clock, config: Ieee802154Config, mac: CsmaCa, directory: Directory
+        self,
+        node: NodeId,
+        clock: Clock,
+        config: LinkConfig,
+        mac: Mac,
+        max_payload_bytes: int,
+        directory: Directory,
     ) -> None:
         self._node, self._clock, self._config, self._mac = node, clock, config, mac
+        self._max_payload_bytes = max_payload_bytes
         self._directory, self._tree, self._flights = directory, directory.tree, directory.flights
         self._address = directory.addresses[node]
         self._parent = self._tree.parent[node]
@@ -210,7 +223,9 @@ class Link:
             final = self._directory.addresses[destination]
         header = MeshHeader(hops, self._address, final)
         self._tag = (self._tag + 1) % 0x10000
-        bodies = fragment(datagram.data, self._tag, fragment_room_bytes(self._config, hops))
+        bodies = fragment(
+            datagram.data, self._tag, fragment_room_bytes(self._max_payload_bytes, self._config, hops)
+        )
         return [Parcel(flight, header, body, own=True) for body in bodies]
 
     def _next_hop(self, final: int) -> int:

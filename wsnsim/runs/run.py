@@ -20,7 +20,7 @@ from wsnsim.scenario.load import LoadedScenario, load_scenario, scenario_from_di
 from wsnsim.scenario.resolved import resolved_yaml, scenario_hash
 from wsnsim.sim.build import build
 from wsnsim.sim.engine import Progress, Simulation
-from wsnsim.sim.networks import channel_bps
+from wsnsim.sim.macs import channel_bps
 from wsnsim.store.derived import write_table
 from wsnsim.store.folder import RunFolder, Status, write_text
 from wsnsim.store.reader import RunStore

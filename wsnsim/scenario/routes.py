@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from wsnsim.scenario.faults import Fault, KeyPath, did_you_mean, shown
 from wsnsim.scenario.nodes import placed_nodes
 from wsnsim.scenario.schema import Scenario
-from wsnsim.scenario.schema_network import GivenTree
+from wsnsim.scenario.schema_routing import GivenTree
 from wsnsim.types import NodeId
 
 PARENTS: KeyPath = ("network", "routing", "parents")

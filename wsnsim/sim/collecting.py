@@ -20,7 +20,7 @@ from wsnsim.hardware.work import Work
 from wsnsim.net.clock import Call, Clock
 from wsnsim.net.collection import latest_s, leads_s
 from wsnsim.net.interface import Network, Outcome
-from wsnsim.net.routing import Tree
+from wsnsim.net.routing.tree import Tree
 from wsnsim.sim.mail import REFUSED, UNDECODABLE, Letter, MailRoom
 from wsnsim.sim.node import Node
 from wsnsim.systems.base import Aggregator, Context, GroupKey, Program, Received, Scope, Send

@@ -7,7 +7,7 @@ import simpy
 
 from wsnsim.net.clock import Clock
 from wsnsim.net.interface import Network
-from wsnsim.net.routing import Tree
+from wsnsim.net.routing.tree import Tree
 from wsnsim.records import EnergyRow, LoadRow, NodeRow, Outlet, Sink, TruthRow, ViewRow
 from wsnsim.sim.cameras import MoteCamera
 from wsnsim.sim.mail import MailRoom

@@ -9,7 +9,7 @@ not known.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
@@ -17,16 +17,16 @@ import numpy as np
 
 from wsnsim.geometry.camera import PinholeCamera
 from wsnsim.geometry.quadrics import ellipsoid_outlines
-from wsnsim.net.ieee802154 import link_powers
-from wsnsim.net.linkquality import expected_transmissions, weakest_usable_dbm
-from wsnsim.net.phy import MAX_MPDU_BYTES
-from wsnsim.net.propagation import LogDistance, distances
-from wsnsim.net.routing import Tree
+from wsnsim.net.channel.propagation import LogDistance, distances
+from wsnsim.net.routing.linkquality import expected_transmissions, weakest_usable_dbm
+from wsnsim.net.routing.search import link_powers
+from wsnsim.net.routing.tree import Tree
 from wsnsim.rng import RandomStreams
 from wsnsim.scenario.schema import Scenario
-from wsnsim.scenario.schema_network import MinHopTree
+from wsnsim.scenario.schema_routing import MinHopTree
 from wsnsim.sim.engine import Simulation
-from wsnsim.sim.networks import mean_propagation, node_propagation, radio_config
+from wsnsim.sim.macs import mac_family, radio_config
+from wsnsim.sim.propagations import mean_propagation, node_propagation
 from wsnsim.types import BoolArray, FloatArray, IntArray, NodeId
 from wsnsim.world.solids import any_blocks, contains
 from wsnsim.world.world import World
@@ -251,15 +251,15 @@ def links_of(scenario: Scenario, positions: Mapping[NodeId, tuple[float, float, 
     """Return the links between nodes as the radio makes them, also where the network is ideal."""
     network = scenario.network
     success = network.routing.link_success_min if isinstance(network.routing, MinHopTree) else _GOOD
-    config = replace(radio_config(network), link_success_min=success)
+    family, radio = mac_family(network), radio_config(network)
     propagation = node_propagation(network, positions, RandomStreams(scenario.seed))
-    power_dbm = link_powers(positions, propagation, config)
+    power_dbm = link_powers(positions, propagation, radio)
     return Links(
         tuple(positions),
         np.array(list(positions.values()), dtype=np.float64),
         power_dbm,
-        expected_transmissions(power_dbm, config, MAX_MPDU_BYTES),
-        weakest_usable_dbm(config),
+        expected_transmissions(power_dbm, family.phy, radio, family.phy.max_mpdu_bytes, family.ack_bytes),
+        weakest_usable_dbm(family.phy, radio, success),
         success,
         tree,
     )

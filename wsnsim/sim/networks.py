@@ -1,31 +1,32 @@
 """The network of a run from its section of a scenario."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
 from math import dist
 
 import simpy
 
 from wsnsim.errors import ScenarioError
-from wsnsim.net.config import Ieee802154Config
+from wsnsim.net.channel.channel import Channel
+from wsnsim.net.channel.links import Links
+from wsnsim.net.channel.shadowing import Shadowed
+from wsnsim.net.config import RouteConfig
 from wsnsim.net.ideal import IdealNetwork
-from wsnsim.net.ieee802154 import Ieee802154Network, link_powers, radio_tree
 from wsnsim.net.interface import Network, NetworkObserver
-from wsnsim.net.linkquality import weakest_usable_dbm
-from wsnsim.net.phy import BIT_RATE_BPS
-from wsnsim.net.propagation import LogDistance, Propagation
-from wsnsim.net.routing import RoutingError, Tree, tree_from_parents
-from wsnsim.net.shadowing import Shadowed, shadowing_db
+from wsnsim.net.radio import RadioNetwork, Stack
+from wsnsim.net.routing.linkquality import weakest_usable_dbm
+from wsnsim.net.routing.search import link_powers, radio_tree
+from wsnsim.net.routing.tree import RoutingError, Tree, tree_from_parents
 from wsnsim.rng import RandomStreams
 from wsnsim.scenario.faults import Fault, shown
 from wsnsim.scenario.load import LoadedScenario
 from wsnsim.scenario.routes import PARENTS, route_faults
 from wsnsim.scenario.schema import Scenario
-from wsnsim.scenario.schema_network import EtxTree, GivenTree, MinHopTree, NetworkParams
+from wsnsim.scenario.schema_network import NetworkParams
+from wsnsim.scenario.schema_routing import EtxTree, GivenTree, MinHopTree
+from wsnsim.sim.macs import link_config, mac_family, radio_config
 from wsnsim.sim.power import NodePower, RadioMeter
+from wsnsim.sim.propagations import Positions, node_propagation
 from wsnsim.types import NodeId
-
-Positions = Mapping[NodeId, Sequence[float]]
 
 _SOMETHING = 0.01
 """Share of the longest frames that a link of a tree by hand must carry in both directions."""
@@ -46,7 +47,14 @@ def build_tree(loaded: LoadedScenario, positions: Positions) -> Tree:
         return _given_tree(loaded, network.routing, positions)
     propagation = node_propagation(network, positions, RandomStreams(scenario.seed))
     try:
-        return radio_tree(positions, scenario.motes.base.id, propagation, radio_config(network))
+        return radio_tree(
+            positions,
+            scenario.motes.base.id,
+            propagation,
+            mac_family(network),
+            radio_config(network),
+            route_config(network),
+        )
     except RoutingError as error:
         why = str(error)
         if isinstance(propagation, Shadowed):
@@ -69,10 +77,10 @@ def _given_tree(loaded: LoadedScenario, routing: GivenTree, positions: Positions
 
 def _dead_links(scenario: Scenario, routing: GivenTree, positions: Positions) -> list[Fault]:
     """Find links of a tree by hand over which next to nothing gets through in one of the directions."""
-    config = replace(radio_config(scenario.network), link_success_min=_SOMETHING)
+    radio = radio_config(scenario.network)
     propagation = node_propagation(scenario.network, positions, RandomStreams(scenario.seed))
-    power_dbm = link_powers(positions, propagation, config)
-    weakest_dbm = weakest_usable_dbm(config)
+    power_dbm = link_powers(positions, propagation, radio)
+    weakest_dbm = weakest_usable_dbm(mac_family(scenario.network).phy, radio, _SOMETHING)
     at = {node: number for number, node in enumerate(positions)}
     faults = []
     for node, parent in routing.parents.items():
@@ -101,57 +109,25 @@ def build_network(
     network = scenario.network
     if network.standard == "ideal":
         return IdealNetwork(env, tree, observer)
-    return Ieee802154Network(
+    radio = radio_config(network)
+    propagation = node_propagation(network, positions, streams)
+    return RadioNetwork(
         env,
-        positions,
+        tuple(positions),
         tree,
-        node_propagation(network, positions, streams),
-        radio_config(network, scenario.record.frames),
+        Channel(Links.from_matrix(link_powers(positions, propagation, radio))),
+        Stack(mac_family(network), radio, link_config(network)),
         streams,
         observer,
         {node: RadioMeter(power) for node, power in powers.items()},
+        scenario.record.frames,
     )
 
 
-def node_propagation(network: NetworkParams, positions: Positions, streams: RandomStreams) -> Propagation:
-    """Return the path loss between a run's nodes, the shadowing of each link included."""
-    loss, mean = network.propagation, mean_propagation(network)
-    if loss.shadowing_db == 0.0 and loss.asymmetry_db == 0.0:
-        return mean
-    return Shadowed(mean, shadowing_db(tuple(positions), loss.shadowing_db, loss.asymmetry_db, streams))
-
-
-def mean_propagation(network: NetworkParams) -> LogDistance:
-    """Return the path loss by distance alone, which holds at any place."""
-    loss = network.propagation
-    return LogDistance(loss.exponent, loss.reference_loss_db, loss.reference_distance_m)
-
-
-def radio_config(network: NetworkParams, record_frames: bool = False) -> Ieee802154Config:
-    """Return radio, MAC and link layer of all nodes."""
+def route_config(network: NetworkParams) -> RouteConfig:
+    """Return how the routing tree is found."""
     routing = network.routing
-    mac = network.mac
-    return Ieee802154Config(
-        tx_power_dbm=network.tx_power_dbm,
-        sensitivity_dbm=network.sensitivity_dbm,
-        noise_dbm=network.noise_dbm,
-        cca_threshold_dbm=mac.cca_threshold_dbm,
-        collision=network.collision,
-        min_be=mac.min_be,
-        max_be=mac.max_be,
-        max_csma_backoffs=mac.max_csma_backoffs,
-        max_frame_retries=mac.max_frame_retries,
-        max_channel_retries=mac.max_channel_retries,
-        mesh_header_bytes=network.mesh_header_bytes,
-        queue_frames=mac.queue_frames,
-        outbox_datagrams=mac.outbox_datagrams,
-        reassembly_timeout_s=network.reassembly_timeout_s,
+    return RouteConfig(
         link_success_min=_USUAL if isinstance(routing, GivenTree) else routing.link_success_min,
         etx_frame_bytes=routing.frame_bytes if isinstance(routing, EtxTree) else None,
-        record_frames=record_frames,
     )
-
-
-def channel_bps(network: NetworkParams) -> float | None:
-    """Return what the radio channel carries when it is never idle [bit/s]; None for an ideal network."""
-    return None if network.standard == "ideal" else BIT_RATE_BPS

@@ -97,25 +97,25 @@ def frame_success(sinr: float, mpdu_bytes: int) -> float:
     return exp(log_success(sinr, air_time_ns(mpdu_bytes) / BIT_NS))
 
 
-def weakest_sinr(mpdu_bytes: int, success: float) -> float:
-    """Return the smallest SINR (a ratio) at which a frame succeeds often enough.
+class OQpsk:
+    """The physical layer as `wsnsim.net.phy.base.Phy` asks for it; it has one bit rate, mode 0."""
 
-    Parameters
-    ----------
-    mpdu_bytes : length of the MPDU [B]
-    success : wanted probability of success, between 0 and 1 (excluded)
+    turnaround_ns = TURNAROUND_NS
+    cca_ns = CCA_NS
+    max_mpdu_bytes = MAX_MPDU_BYTES
+    bit_rate_bps = BIT_RATE_BPS
 
-    Raises
-    ------
-    ValueError : `success` is not between 0 and 1
-    """
-    if not 0.0 < success < 1.0:
-        raise ValueError(f"success: must be between 0 and 1, got {success}")
-    low, high = 0.0, _ERROR_FREE_SINR
-    for _ in range(60):
-        middle = (low + high) / 2.0
-        if frame_success(middle, mpdu_bytes) < success:
-            low = middle
-        else:
-            high = middle
-    return high
+    def air_time_ns(self, mpdu_bytes: int, mode: int = 0) -> Nanoseconds:
+        """Return how long a frame is on the air [ns]."""
+        return air_time_ns(mpdu_bytes)
+
+    def log_success(self, sinr: float, since_ns: Nanoseconds, until_ns: Nanoseconds, mode: int = 0) -> float:
+        """Return the logarithm of the probability that a stretch of a frame is received without error."""
+        return log_success(sinr, (until_ns - since_ns) / BIT_NS)
+
+    def frame_success(self, sinr: float, mpdu_bytes: int, mode: int = 0) -> float:
+        """Return the probability that a whole frame is received without error at one SINR (a ratio)."""
+        return frame_success(sinr, mpdu_bytes)
+
+
+O_QPSK = OQpsk()

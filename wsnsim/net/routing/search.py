@@ -1,6 +1,4 @@
-"""Who sends to whom: a tree of fewest hops or transmissions to the base station, or one given by hand.
-
-Left out: routes that change while a run lasts; links are what propagation makes of them, not estimates.
+"""Trees to the base station that links suggest: of fewest hops, or of fewest transmissions.
 
 References
 ----------
@@ -9,122 +7,67 @@ sec. 3: ETX.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from functools import cached_property
 
 import networkx as nx
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wsnsim.errors import WsnsimError
-from wsnsim.net.interface import Datagram
-from wsnsim.net.propagation import distances
+from wsnsim.net.channel.propagation import Propagation, distances, range_m, received_dbm
+from wsnsim.net.channel.shadowing import mean_of
+from wsnsim.net.config import RadioConfig, RouteConfig
+from wsnsim.net.mac.base import MacFamily
+from wsnsim.net.routing.linkquality import expected_transmissions, weakest_usable_dbm
+from wsnsim.net.routing.tree import RoutingError, Tree, tree_from_parents
 from wsnsim.types import FloatArray, IntArray, NodeId
 
 _ETX_UNITS = 1e9
 """Parts in which a transmission is counted, so that ways are equal or not whatever the order of adding."""
 
 
-class RoutingError(WsnsimError):
-    """No tree over these nodes, or no way in it to where a datagram shall go."""
+def radio_tree(
+    positions: Mapping[NodeId, ArrayLike],
+    base: NodeId,
+    propagation: Propagation,
+    family: MacFamily,
+    radio: RadioConfig,
+    routes: RouteConfig,
+) -> Tree:
+    """Return the tree of fewest hops, or of lowest ETX, over links that are good enough, undisturbed.
 
-
-@dataclass(frozen=True)
-class Tree:
-    """Routes of all nodes; the root is the base station.
+    Good enough for fewest hops: `link_success_min` of the longest frames arrive, in
+    both directions. For the ETX: so much of the frames and their acknowledgements do.
 
     Parameters
     ----------
-    parent : node one hop nearer to the base, None at the base itself
-    depth : hops to the base
-    children : nodes one hop farther, in the order of the nodes
-    """
-
-    parent: Mapping[NodeId, NodeId | None]
-    depth: Mapping[NodeId, int]
-    children: Mapping[NodeId, tuple[NodeId, ...]]
-
-    @cached_property
-    def root(self) -> NodeId:
-        """The base station."""
-        return next(node for node, parent in self.parent.items() if parent is None)
-
-    @cached_property
-    def height(self) -> int:
-        """Hops from the base to the node farthest from it."""
-        return max(self.depth.values())
-
-    def descendants(self, node: NodeId) -> tuple[NodeId, ...]:
-        """Return all nodes below `node`, nearest first."""
-        found = list(self.children[node])
-        for child in found:
-            found.extend(self.children[child])
-        return tuple(found)
-
-    def path(self, source: NodeId, destination: NodeId) -> tuple[NodeId, ...]:
-        """Return the nodes from `source` to `destination`, both included: up, then down."""
-        up, down = [source], [destination]
-        while up[-1] != down[-1]:
-            higher = down if self.depth[down[-1]] > self.depth[up[-1]] else up
-            parent = self.parent[higher[-1]]
-            if parent is None:
-                raise RoutingError(f"tree: {source!r} and {destination!r} have no way to each other")
-            higher.append(parent)
-        return (*up, *reversed(down[:-1]))
-
-
-def tree_from_parents(parents: Mapping[NodeId, NodeId | None]) -> Tree:
-    """Make a tree from each node's parent, None for the base station.
+    positions : where the nodes are, (x, y, z) [m]; their order breaks ties
+    base : the node all routes lead to
+    propagation : path loss between nodes
+    family : the physical layer and the length of an acknowledgement
+    radio : powers and thresholds
+    routes : what a link must carry, and `etx_frame_bytes` where the ETX is wanted
 
     Raises
     ------
-    RoutingError : not exactly one base, an unknown parent, or nodes in a circle
+    RoutingError : nodes that cannot reach the base
     """
-    roots = [node for node, parent in parents.items() if parent is None]
-    if len(roots) != 1:
-        raise RoutingError(f"tree: exactly one node must have no parent, got {roots or 'none'}")
-    children: dict[NodeId, list[NodeId]] = {node: [] for node in parents}
-    for node, parent in parents.items():
-        if parent is None:
-            continue
-        if parent not in children:
-            raise RoutingError(f"tree: the parent of {node!r} must be a node, got {parent!r}")
-        children[parent].append(node)
-    depth = {roots[0]: 0}
-    reached = [roots[0]]
-    for node in reached:
-        for child in children[node]:
-            depth[child] = depth[node] + 1
-            reached.append(child)
-    if len(reached) != len(parents):
-        stray = [node for node in parents if node not in depth]
-        raise RoutingError(f"tree: every node must lead to the base {roots[0]!r}, got a circle of {stray}")
-    return Tree(
-        parent=dict(parents),
-        depth={node: depth[node] for node in parents},
-        children={node: tuple(below) for node, below in children.items()},
-    )
+    power_dbm = link_powers(positions, propagation, radio)
+    if routes.etx_frame_bytes is not None:
+        if routes.etx_frame_bytes > family.phy.max_mpdu_bytes:
+            longest = family.phy.max_mpdu_bytes
+            raise ValueError(f"etx_frame_bytes: must be 1 to {longest}, got {routes.etx_frame_bytes}")
+        etx = expected_transmissions(power_dbm, family.phy, radio, routes.etx_frame_bytes, family.ack_bytes)
+        return etx_tree(positions, base, etx, power_dbm, 1.0 / routes.link_success_min)
+    weakest_dbm = weakest_usable_dbm(family.phy, radio, routes.link_success_min)
+    reach_m = range_m(mean_of(propagation), radio.tx_power_dbm - weakest_dbm)
+    return min_hop_tree(positions, base, power_dbm, weakest_dbm, reach_m)
 
 
-def check_datagram(tree: Tree, datagram: Datagram) -> None:
-    """Make sure that a datagram can be routed.
-
-    Raises
-    ------
-    RoutingError : an unknown node, several receivers without dissemination, or a receiver of a
-        dissemination that is not below its source
-    """
-    named = (datagram.source, *datagram.destinations)
-    what = f"datagram {datagram.number} of {datagram.source!r}"
-    for node in named:
-        if node not in tree.parent:
-            raise RoutingError(f"{what}: source and receivers must be nodes, got {node!r}")
-    if not datagram.disseminate and len(datagram.destinations) != 1:
-        raise RoutingError(f"{what}: must have one receiver, or be disseminated, got {datagram.destinations}")
-    if datagram.disseminate:
-        astray = set(datagram.destinations) - set(tree.descendants(datagram.source))
-        if astray:
-            raise RoutingError(f"{what}: dissemination goes down the tree, not to {sorted(astray)}")
+def link_powers(
+    positions: Mapping[NodeId, ArrayLike], propagation: Propagation, radio: RadioConfig
+) -> FloatArray:
+    """Return the power (n, n) of each node at each other [dBm], in the order of `positions`."""
+    places = np.array(list(positions.values()), dtype=np.float64).reshape(-1, 3)
+    return received_dbm(propagation, places, radio.tx_power_dbm)
 
 
 def min_hop_tree(

@@ -15,10 +15,8 @@ from dataclasses import dataclass
 from struct import Struct
 
 from wsnsim.errors import DecodeError
-from wsnsim.net.phy import MAX_MPDU_BYTES
+from wsnsim.net.phy.ieee802154 import MAX_MPDU_BYTES
 
-BROADCAST = 0xFFFF
-"""The short address that every node takes for its own (sec. 7.5.6.2)."""
 MAX_NODES = 0xFFFE
 """Short addresses 0x0000 to 0xFFFD; 0xFFFE means that a node has none (sec. 7.1.3.1)."""
 ACK_BYTES = 5

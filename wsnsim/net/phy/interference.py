@@ -8,12 +8,15 @@ from math import inf
 from typing import TypeAlias
 
 from wsnsim.net.config import CcaModel, CollisionModel
-from wsnsim.net.phy import log_success
+from wsnsim.net.phy.base import Phy
 from wsnsim.types import Nanoseconds
 
-Survival: TypeAlias = Callable[[float, float, Sequence[float]], float]
-"""Power of the wanted frame [mW], bits, powers of the frames over it [mW] → log of the probability of
-success."""
+Stretch: TypeAlias = tuple[Nanoseconds, Nanoseconds, int]
+"""Begin and end of a part of a frame, from the frame's begin on [ns], and the frame's bit rate."""
+
+Survival: TypeAlias = Callable[[float, Sequence[float], Stretch], float]
+"""Power of the wanted frame [mW], powers of the frames over it [mW], the stretch → log of the probability
+of success."""
 
 Span: TypeAlias = tuple[Nanoseconds, Nanoseconds, float]
 """Begin and end of a frame [ns], and its power where one listens [mW]."""
@@ -22,24 +25,25 @@ PeakPower: TypeAlias = Callable[[Sequence[Span], Nanoseconds, Nanoseconds], floa
 """Frames that overlap a window, its begin and end → the power that counts [mW]."""
 
 
-def survival(model: CollisionModel, noise_mw: float, sensitivity_mw: float) -> Survival:
+def survival(model: CollisionModel, phy: Phy, noise_mw: float, sensitivity_mw: float) -> Survival:
     """Return how a stretch of a frame survives what overlaps it.
 
     Parameters
     ----------
     model : `sinr`, where all other power is noise to the decoder; or `destructive`, where any
         frame that a receiver would notice by itself destroys what it overlaps
+    phy : what noise does to bits
     noise_mw : noise in the receiver [mW]
     sensitivity_mw : weakest frame that a receiver notices [mW]
     """
 
-    def by_sinr(wanted_mw: float, bits: float, others_mw: Sequence[float]) -> float:
-        return log_success(wanted_mw / (noise_mw + sum(others_mw)), bits)
+    def by_sinr(wanted_mw: float, others_mw: Sequence[float], stretch: Stretch) -> float:
+        return phy.log_success(wanted_mw / (noise_mw + sum(others_mw)), *stretch)
 
-    def destroyed(wanted_mw: float, bits: float, others_mw: Sequence[float]) -> float:
+    def destroyed(wanted_mw: float, others_mw: Sequence[float], stretch: Stretch) -> float:
         if any(power >= sensitivity_mw for power in others_mw):
             return -inf
-        return by_sinr(wanted_mw, bits, others_mw)
+        return by_sinr(wanted_mw, others_mw, stretch)
 
     return {"sinr": by_sinr, "destructive": destroyed}[model]
 

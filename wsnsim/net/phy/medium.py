@@ -18,67 +18,21 @@ reception in progress (mode 3 with OR, the CC2420's default).
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import exp, inf, log10
-from typing import Any, Protocol, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
-from wsnsim.net.clock import Call, Clock
-from wsnsim.net.config import Ieee802154Config
-from wsnsim.net.frames import BROADCAST
-from wsnsim.net.interference import Span, peak_power, survival
-from wsnsim.net.phy import BIT_NS, CCA_NS, TURNAROUND_NS, air_time_ns
-from wsnsim.net.propagation import to_mw
-from wsnsim.types import FloatArray, Nanoseconds
+from wsnsim.net.channel.channel import Channel
+from wsnsim.net.channel.propagation import to_mw
+from wsnsim.net.clock import Clock
+from wsnsim.net.config import RadioConfig
+from wsnsim.net.phy.base import BROADCAST, Listener, Phy, Transmission
+from wsnsim.net.phy.interference import Span, peak_power, survival
+from wsnsim.types import Nanoseconds
 
 _NEVER: Nanoseconds = 2**63
-
-
-class RadioMeter(Protocol):
-    """Learns each change of one radio's state; whoever prices it keeps the time between two calls.
-
-    Causes: `listen` (receiver on: waiting, in backoff, assessing the channel or turning round),
-    `receive` (locked on a frame), `transmit`, and `sleep` (off for good, the last call).
-    """
-
-    def enter(self, now_ns: Nanoseconds, cause: str) -> None:
-        """Note that the state `cause` begins now."""
-
-
-class Listener(Protocol):
-    """The MAC above a radio."""
-
-    awaits_ack: bool
-
-    def received(self, transmission: "Transmission") -> None:
-        """Take a frame that was received without error."""
-
-    def sent(self, transmission: "Transmission") -> None:
-        """Learn that the node's own frame is over; receivers have been told before."""
-
-
-@dataclass(slots=True, eq=False)
-class Transmission:
-    """A frame on the air."""
-
-    sender: int
-    mpdu: bytes
-    address: int
-    """Whom the MAC header names, or `BROADCAST`; an acknowledgement's is who waits for it."""
-    meant: tuple[int, ...]
-    """Nodes whose reception is worth a record."""
-    kind: str
-    """`data`, `broadcast` or `ack`."""
-    attempt: int = 1
-    cargo: Any = None
-    """What the sender's upper layers keep beside the bytes; the medium never looks at it."""
-    start_ns: Nanoseconds = 0
-    end_ns: Nanoseconds = 0
-    power_mw: Sequence[float] = ()
-    locked: list["Radio"] = field(default_factory=list)
-    receptions: list["Reception"] = field(default_factory=list)
-    ending: Call | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -94,6 +48,12 @@ class Radio:
     unlocked_ns: Nanoseconds = -1
     deaf_until_ns: Nanoseconds = 0
     on: bool = True
+    """Whether it will ever do anything again."""
+    asleep: bool = False
+    watched: bool = False
+    """Whether its listener is told when the channel becomes busy or idle."""
+    found_busy: bool = False
+    """What it was told last."""
 
 
 @dataclass(slots=True, eq=False)
@@ -116,31 +76,38 @@ class Medium:
     Parameters
     ----------
     clock : the event clock
-    config : powers, thresholds and models
-    power_mw : (n, n) - power of node i at node j [mW], 0 on the diagonal
+    phy : times on the air, and what noise does to bits
+    config : thresholds and models
+    channel : who arrives where
     report : hears of every frame at each receiver it was meant for; None where nobody asks
     """
 
     def __init__(
         self,
         clock: Clock,
-        config: Ieee802154Config,
-        power_mw: FloatArray,
+        phy: Phy,
+        config: RadioConfig,
+        channel: Channel,
         report: FrameReport | None = None,
     ) -> None:
-        self._clock = clock
+        self._clock, self._phy = clock, phy
         self._report = report
         self._noise_mw = to_mw(config.noise_dbm)
         self._lock_ratio = to_mw(config.lock_sinr_db)
         self._cca_mw = to_mw(config.cca_threshold_dbm)
         self._whole_window = config.cca == "whole_window"
         sensitivity_mw = to_mw(config.sensitivity_dbm)
-        self._survival = survival(config.collision, self._noise_mw, sensitivity_mw)
+        self._survival = survival(config.collision, phy, self._noise_mw, sensitivity_mw)
         self._peak_power = peak_power(config.cca)
-        # A memoryview hands out Python floats, which scalar arithmetic likes better than NumPy's.
-        self._rows = [memoryview(np.ascontiguousarray(row).data) for row in power_mw]
         weakest_mw = max(sensitivity_mw, self._lock_ratio * self._noise_mw)
-        self._hearers = [np.flatnonzero(row >= weakest_mw).tolist() for row in power_mw]
+        links = channel.links
+        self._rows: list[dict[int, float]] = []
+        self._hearers: list[list[int]] = []
+        for sender in range(links.nodes):
+            row = links.row(sender)
+            powers = dict(zip(links.receivers[row].tolist(), links.power_mw[row].tolist(), strict=True))
+            self._rows.append(powers)
+            self._hearers.append([at for at, power in powers.items() if power >= weakest_mw])
         self._radios: list[Radio] = []
         self._active: list[Transmission] = []
         self._recent: deque[Transmission] = deque()
@@ -149,7 +116,7 @@ class Medium:
     def add(
         self, enter: Callable[[Nanoseconds, str], None], rng: np.random.Generator, listener: Listener
     ) -> Radio:
-        """Switch on the radio of the next node (in the order of the power matrix) and return it."""
+        """Switch on the radio of the next node (in the order of the links) and return it."""
         radio = Radio(len(self._radios), enter, rng, listener)
         self._radios.append(radio)
         enter(self._clock.now, "listen")
@@ -166,7 +133,7 @@ class Medium:
         self._close_chunk(now)
         sender = self._radios[frame.sender]
         frame.start_ns, frame.power_mw = now, self._rows[frame.sender]
-        air_ns = air_time_ns(len(frame.mpdu))
+        air_ns = self._phy.air_time_ns(len(frame.mpdu), frame.mode)
         frame.end_ns = now + air_ns
         frame.ending = self._clock.call(air_ns, lambda: self._end(frame), first=True)
         sender.sending = frame
@@ -177,21 +144,51 @@ class Medium:
             if radio.locked is None and now >= radio.deaf_until_ns and (quiet or self._audible(frame, at)):
                 self._lock(radio, frame)
         self._active.append(frame)
+        self._tell_watchers(frame)
 
     def busy(self, radio: Radio) -> bool:
         """Return whether the 8-symbol window that ends now shows a busy channel to `radio`."""
         now = self._clock.now
-        since = now - CCA_NS
+        since = now - self._phy.cca_ns
         if radio.locked is not None and radio.locked.start_ns < now:
             return True
         if self._whole_window and radio.unlocked_ns > since:
             return True
         spans: list[Span] = [
-            (frame.start_ns, frame.end_ns, frame.power_mw[radio.index])
+            (frame.start_ns, frame.end_ns, frame.power_mw.get(radio.index, 0.0))
             for frame in (*self._recent, *self._active)
             if frame.start_ns < now and frame.end_ns > since
         ]
         return bool(spans) and self._peak_power(spans, since, now) >= self._cca_mw
+
+    def sleep(self, radio: Radio) -> None:
+        """Switch a radio off for a while; it must not be sending."""
+        self.turn(radio)
+        radio.asleep = True
+        radio.enter(self._clock.now, "sleep")
+
+    def wake(self, radio: Radio) -> None:
+        """Switch a sleeping radio on: it listens at once, and hears the frames that begin from now on."""
+        radio.asleep = False
+        radio.deaf_until_ns = self._clock.now
+        radio.enter(self._clock.now, "listen")
+
+    def listen(self, radio: Radio) -> None:
+        """Let a radio that had turned to sending hear again, though it has not sent."""
+        radio.deaf_until_ns = self._clock.now
+
+    def watch(self, radio: Radio) -> bool:
+        """Tell the radio's listener from now on when the channel becomes busy or idle; return which it is.
+
+        Busy: a reception is in progress, or more power than the CCA threshold arrives now.
+        """
+        radio.watched = True
+        radio.found_busy = self._busy_now(radio)
+        return radio.found_busy
+
+    def unwatch(self, radio: Radio) -> None:
+        """Tell it nothing more."""
+        radio.watched = False
 
     def silence(self, radio: Radio) -> None:
         """Switch a radio off for good; what it was sending is cut off and lost."""
@@ -209,9 +206,23 @@ class Medium:
             radio.sending = None
         radio.enter(self._clock.now, "sleep")
 
+    def _busy_now(self, radio: Radio) -> bool:
+        if radio.locked is not None:
+            return True
+        return sum(frame.power_mw.get(radio.index, 0.0) for frame in self._active) >= self._cca_mw
+
+    def _tell_watchers(self, frame: Transmission) -> None:
+        for at in frame.power_mw:
+            radio = self._radios[at]
+            if radio.watched:
+                busy = self._busy_now(radio)
+                if busy is not radio.found_busy:
+                    radio.found_busy = busy
+                    radio.listener.carrier(busy)
+
     def _audible(self, frame: Transmission, at: int) -> bool:
-        others = sum(other.power_mw[at] for other in self._active)
-        return frame.power_mw[at] >= self._lock_ratio * (self._noise_mw + others)
+        others = sum(other.power_mw.get(at, 0.0) for other in self._active)
+        return frame.power_mw.get(at, 0.0) >= self._lock_ratio * (self._noise_mw + others)
 
     def _lock(self, radio: Radio, frame: Transmission) -> None:
         radio.locked = frame
@@ -233,12 +244,12 @@ class Medium:
         if now == since:
             return
         for frame in self._active:
-            bits = (now - max(since, frame.start_ns)) / BIT_NS
+            stretch = (max(since, frame.start_ns) - frame.start_ns, now - frame.start_ns, frame.mode)
             for reception in frame.receptions:
                 at = reception.radio.index
-                wanted = frame.power_mw[at]
-                others = [other.power_mw[at] for other in self._active if other is not frame]
-                reception.log_success += self._survival(wanted, bits, others)
+                wanted = frame.power_mw.get(at, 0.0)
+                others = [other.power_mw.get(at, 0.0) for other in self._active if other is not frame]
+                reception.log_success += self._survival(wanted, others, stretch)
                 if self._report is not None:
                     sinr = wanted / (self._noise_mw + sum(others))
                     reception.worst_sinr = min(reception.worst_sinr, sinr)
@@ -247,7 +258,7 @@ class Medium:
         now = self._clock.now
         self._close_chunk(now)
         self._active.remove(frame)
-        while self._recent and self._recent[0].end_ns <= now - CCA_NS:
+        while self._recent and self._recent[0].end_ns <= now - self._phy.cca_ns:
             self._recent.popleft()
         self._recent.append(frame)
 
@@ -256,9 +267,11 @@ class Medium:
         now = self._clock.now
         sender = self._radios[frame.sender]
         sender.sending = None
-        sender.deaf_until_ns = now + TURNAROUND_NS
+        sender.deaf_until_ns = now + self._phy.turnaround_ns
         sender.enter(now, "listen")
-        for radio in self._release(frame):
+        got = self._release(frame)
+        self._tell_watchers(frame)
+        for radio in got:
             # What one receiver does with a frame may stop another, or the sender.
             if radio.on:
                 radio.listener.received(frame)
@@ -286,8 +299,8 @@ class Medium:
         for at in frame.meant:
             reception = tried.get(at)
             if reception is None:
-                others = sum(other.power_mw[at] for other in self._active)
-                sinr, outcome = frame.power_mw[at] / (self._noise_mw + others), "missed"
+                others = sum(other.power_mw.get(at, 0.0) for other in self._active)
+                sinr, outcome = frame.power_mw.get(at, 0.0) / (self._noise_mw + others), "missed"
             else:
                 sinr, outcome = reception.worst_sinr, "received" if at in got else "corrupted"
             report(frame, at, 10.0 * log10(sinr) if sinr > 0.0 else -inf, outcome)

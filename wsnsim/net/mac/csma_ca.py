@@ -19,29 +19,99 @@ IEEE Std 802.15.4-2006: CSMA-CA, sec. 7.5.1.4 and fig. 69; spacing, sec.
 7.5.1.3; acknowledgement and retries, sec. 7.5.6.4; address filter, sec. 7.5.6.2.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from wsnsim.net.clock import Call, Clock
-from wsnsim.net.config import Ieee802154Config
-from wsnsim.net.frames import BROADCAST, MacAck, MacData, decode_frame
 from wsnsim.net.interface import LinkCounters, Outcome
-from wsnsim.net.medium import Medium, Radio, Transmission
-from wsnsim.net.phy import ACK_WAIT_NS, CCA_NS, TURNAROUND_NS, UNIT_BACKOFF_NS, interframe_space_ns
+from wsnsim.net.mac.base import Upper
+from wsnsim.net.mac.csma_ca_service import csma_ca_service_ns
+from wsnsim.net.mac.frames import (
+    ACK_BYTES,
+    DATA_OVERHEAD_BYTES,
+    MAX_PAYLOAD_BYTES,
+    MacAck,
+    MacData,
+    decode_frame,
+)
+from wsnsim.net.phy.base import BROADCAST, Phy, Transmission
+from wsnsim.net.phy.ieee802154 import (
+    ACK_WAIT_NS,
+    CCA_NS,
+    O_QPSK,
+    TURNAROUND_NS,
+    UNIT_BACKOFF_NS,
+    interframe_space_ns,
+)
+from wsnsim.net.phy.medium import Medium, Radio
 from wsnsim.types import Nanoseconds
 from wsnsim.units import to_ns
 
 
-class Upper(Protocol):
-    """The layer above the MAC."""
+@dataclass(frozen=True)
+class CsmaCaConfig:
+    """Backoffs, retries and what frames carry; defaults of IEEE Std 802.15.4-2006, table 86.
 
-    def received(self, payload: bytes, source: int, cargo: Any) -> None:
-        """Take the payload of a new frame for this node, and what its sender keeps beside it."""
+    Raises
+    ------
+    ValueError : a number outside its range
+    """
 
-    def done(self, outcome: Outcome | None) -> None:
-        """Learn that the submitted frame is finished: sent well (None), or lost for that reason."""
+    min_be: int = 3
+    """macMinBE: the first backoff is 0 to 2^min_be - 1 periods of 320 µs."""
+    max_be: int = 5
+    """macMaxBE."""
+    max_csma_backoffs: int = 4
+    """macMaxCSMABackoffs: how often a busy channel is tried again."""
+    max_frame_retries: int = 3
+    """macMaxFrameRetries: how often an unacknowledged frame is sent again."""
+    max_channel_retries: int = 0
+    """How often a frame that found the channel busy at every try begins its CSMA anew; 0: it is lost,
+    as the bare standard leaves it. TinyOS's CC2420 driver never gives up."""
+    duplicate_lifetime_s: float = 0.5
+    """How long a receiver remembers a sender's last sequence number [s]; less than 256 frames take."""
+    pan_id: int = 0xCAFE
+    """PAN identifier in every frame."""
+
+    def __post_init__(self) -> None:
+        at_least = {
+            "min_be": 0,
+            "max_be": self.min_be,
+            "max_csma_backoffs": 0,
+            "max_frame_retries": 0,
+            "max_channel_retries": 0,
+        }
+        for name, least in at_least.items():
+            if getattr(self, name) < least:
+                raise ValueError(f"{name}: must be at least {least}, got {getattr(self, name)}")
+        if not self.duplicate_lifetime_s > 0.0:
+            raise ValueError(f"duplicate_lifetime_s: must be positive, got {self.duplicate_lifetime_s} [s]")
+        if not 0 <= self.pan_id < 0xFFFF:
+            raise ValueError(f"pan_id: must be 0 to 65534, got {self.pan_id}")
+
+
+class CsmaCaFamily:
+    """The medium access of all nodes, as `wsnsim.net.mac.base.MacFamily` asks for it."""
+
+    phy: Phy = O_QPSK
+    max_payload_bytes = MAX_PAYLOAD_BYTES
+    overhead_bytes = DATA_OVERHEAD_BYTES
+    ack_bytes = ACK_BYTES
+
+    def __init__(self, config: CsmaCaConfig | None = None) -> None:
+        self._config = CsmaCaConfig() if config is None else config
+
+    def mac(self, clock: Clock, medium: Medium, address: int, rng: np.random.Generator) -> "CsmaCa":
+        """Return the MAC of the node with that address."""
+        return CsmaCa(clock, medium, self._config, address, rng)
+
+    def service_ns(self, payload_bytes: Sequence[int], contenders: int) -> Nanoseconds:
+        """Return the time in which a datagram crosses one hop, as a rule [ns]."""
+        mpdu_bytes = [DATA_OVERHEAD_BYTES + size for size in payload_bytes]
+        return csma_ca_service_ns(mpdu_bytes, contenders, self._config.min_be)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,12 +132,12 @@ class CsmaCa:
     clock : the event clock
     medium : the channel
     config : backoff exponents, limits, PAN identifier
-    address : the node's short address, its place in the medium's power matrix
+    address : the node's short address, its row in the medium's links
     rng : backoffs and the first sequence number
     """
 
     def __init__(
-        self, clock: Clock, medium: Medium, config: Ieee802154Config, address: int, rng: np.random.Generator
+        self, clock: Clock, medium: Medium, config: CsmaCaConfig, address: int, rng: np.random.Generator
     ) -> None:
         self.counters = LinkCounters()
         self.awaits_ack = False
@@ -136,6 +206,9 @@ class CsmaCa:
         self._heard[frame.source] = (frame.sequence, now)
         if frame.sequence != sequence or now - since_ns > self._duplicate_lifetime_ns:
             self._upper.received(frame.payload, frame.source, transmission.cargo)
+
+    def carrier(self, busy: bool) -> None:
+        """Do nothing: this MAC looks at the channel when it needs to."""
 
     def sent(self, transmission: Transmission) -> None:
         """Learn from the radio that a frame of this node is over."""

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wsnsim.net.propagation import Propagation
+from wsnsim.net.channel.propagation import Propagation
 from wsnsim.rng import RandomStreams
 from wsnsim.types import FloatArray, NodeId
 

@@ -1,0 +1,1 @@
+"""What lies between two antennas: path loss, shadowing, and the links that come of them."""

@@ -1,0 +1,1 @@
+"""Medium access: who may send when. One MAC, one file."""
