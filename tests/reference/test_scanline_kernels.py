@@ -1,0 +1,252 @@
+"""Sight lines, coverage and joint probabilities against plain twins, enumeration and sampling."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from wsnsim.bench.scanline_twins import coverage, in_sight, likelihoods, recursion
+from wsnsim.kernels.jit import frozen
+from wsnsim.kernels.sightlines import disc_masks, sight_masks
+from wsnsim.systems.scanline.likelihood import Likelihood
+from wsnsim.systems.scanline.measurement import MeasurementNoise, Report, ScanCamera, report
+from wsnsim.systems.scanline.occlusion import NormalPriors, UniformPriors, joint_probability
+from wsnsim.systems.scanline.regions import Rig, Room
+
+WALLS = (
+    np.array([[30.0, 40.0], [70.0, 40.0], [70.0, 60.0], [30.0, 60.0]]),
+    np.array([[10.0, 80.0], [25.0, 95.0], [12.0, 90.0]]),
+    np.array([[80.0, 15.0], [90.0, 10.0], [95.0, 30.0], [85.0, 25.0]])[::-1],
+)
+
+
+def a_rig(generator, cameras=6, walls=WALLS):
+    chosen = [
+        ScanCamera(
+            tuple(generator.uniform(0.0, 100.0, 2)),
+            generator.uniform(-4.0, 4.0),
+            320.0,
+            generator.uniform(0.4, 2.6),
+        )
+        for _ in range(cameras)
+    ]
+    return Rig(chosen, MeasurementNoise(), Room(np.zeros(2), np.full(2, 100.0), walls))
+
+
+def some_covs(generator, count, least, most):
+    """Return covariances with standard deviations in a range and axes of any direction."""
+    angles = generator.uniform(0.0, np.pi, count)
+    turn = np.array([[np.cos(angles), -np.sin(angles)], [np.sin(angles), np.cos(angles)]]).transpose(2, 0, 1)
+    variances = generator.uniform(least, most, (count, 2)) ** 2
+    return turn * variances[:, None, :] @ turn.transpose(0, 2, 1)
+
+
+def some_q(generator, points, occluders, cameras, largest=0.5):
+    q = generator.uniform(0.0, largest, (points, occluders, cameras))
+    q[generator.uniform(size=q.shape) < 0.3] = 0.0
+    return q
+
+
+def masks_of(generator, points, cameras):
+    return generator.integers(0, 1 << cameras, points)
+
+
+def test_sight_is_the_twins_and_the_table_changes_nothing(test_seed):
+    generator = np.random.default_rng(test_seed)
+    for _ in range(3):
+        rig = a_rig(generator)
+        # outside the room too, where the table has no cells
+        points = generator.uniform(-20.0, 120.0, (700, 2))
+        walls = [[tuple(corner) for corner in wall] for wall in rig.room.walls]
+        expected = [
+            sum(in_sight(camera, tuple(point), walls) << k for k, camera in enumerate(rig.cameras))
+            for point in points
+        ]
+        np.testing.assert_array_equal(rig.masks(points), expected)
+        many = generator.uniform(0.0, 100.0, (50_000, 2))
+        np.testing.assert_array_equal(rig.masks(many), sight_masks(many, rig.rows, *rig.room.half_planes))
+
+
+def test_discs_hide_what_is_behind_them(test_seed):
+    generator = np.random.default_rng(test_seed + 1)
+    rig = a_rig(generator, 3, ())
+    points, centres = generator.uniform(0.0, 100.0, (60, 2)), generator.uniform(0.0, 100.0, (20, 2))
+    masks = disc_masks(frozen(points, float), rig.rows, frozen(centres, float), 4.0)
+    shares = np.linspace(0.0, 1.0, 1501)[:, None]
+    for point, mask in zip(points, masks, strict=True):
+        for k, camera in enumerate(rig.cameras):
+            line = np.asarray(camera.position) + shares * (point - camera.position)
+            nearest = np.linalg.norm(line[:, None] - centres, axis=2).min()
+            if abs(nearest - 4.0) > 1e-3:
+                assert bool(mask >> k & 1) == (nearest < 4.0)
+
+
+def test_coverage_is_the_twins(test_seed):
+    generator = np.random.default_rng(test_seed + 2)
+    rig = a_rig(generator, 4, ())
+    points = generator.uniform(0.0, 100.0, (100, 2))
+    priors = NormalPriors(generator.uniform(-10.0, 110.0, (30, 2)), some_covs(generator, 30, 0.5, 25.0), 1.67)
+    q = priors.coverage(rig, points, np.full(100, 0b1011))
+    assert not q[:, :, 2].any()
+    for i, j, s in product(range(100), range(30), (0, 1, 3)):
+        cov = tuple(priors.covs[j].ravel()[[0, 1, 3]])
+        expected = coverage(rig.cameras[s].position, tuple(points[i]), tuple(priors.means[j]), cov, 1.67)
+        # culled beyond 4.5 standard deviations, tabled to 2e-7
+        assert q[i, j, s] == pytest.approx(expected, abs=8e-6)
+
+
+def test_joint_probability_by_enumeration(test_seed):
+    """Every occluder hides nothing or one camera: add up all ways that give the report."""
+    generator = np.random.default_rng(test_seed + 3)
+    cameras, occluders = 4, 3
+    q = some_q(generator, 40, occluders, cameras)
+    q /= np.maximum(q.sum(axis=2, keepdims=True), 1.0)
+    for detected in (1.0, 0.8):
+        masks = masks_of(generator, 40, cameras)
+        seeing, blind = 0b0001, 0b1110
+        expected = np.zeros(40)
+        for i in range(40):
+            if not masks[i] & seeing and seeing:
+                continue
+            asked = [k for k in range(cameras) if masks[i] >> k & 1]
+            for hidden in product([None, *asked], repeat=occluders):
+                chance = 1.0
+                for j, k in enumerate(hidden):
+                    chance *= 1.0 - q[i, j, asked].sum() if k is None else q[i, j, k]
+                for k in asked:
+                    seen = seeing >> k & 1
+                    chance *= (detected if seen else 1.0 - detected) if k not in hidden else 1.0 - seen
+                expected[i] += chance
+        for joint in ("subsets", "covering"):
+            found = joint_probability(q, masks, seeing, blind, joint, detected)
+            np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("cameras", [2, 5, 8])
+def test_subset_sums_equal_the_covering_recursion_and_eq_6(test_seed, cameras):
+    generator = np.random.default_rng([test_seed, cameras])
+    q = some_q(generator, 500, 40, cameras, 0.3)
+    masks = masks_of(generator, 500, cameras)
+    seeing = int(generator.integers(1 << cameras)) & 0b101
+    blind = ~seeing & ((1 << cameras) - 1)
+    fast, exact = (joint_probability(q, masks, seeing, blind, joint) for joint in ("subsets", "covering"))
+    np.testing.assert_allclose(fast, exact, rtol=0.0, atol=1e-12)
+    assert exact.min() >= 0.0
+    # as printed, without rescaling: the recursion of Eq. 6
+    printed = joint_probability(q, masks, seeing, blind, "printed")
+    for i in range(0, 500, 25):
+        if seeing & ~masks[i]:
+            assert printed[i] == 0.0
+            continue
+        rows = [dict(enumerate(row)) for row in q[i]]
+        asked = [[k for k in range(cameras) if masks[i] & group & 1 << k] for group in (seeing, blind)]
+        assert printed[i] == pytest.approx(recursion(rows, *asked), abs=1e-12)
+
+
+def test_no_probability_is_below_0_in_a_million_cases(test_seed):
+    generator = np.random.default_rng(test_seed + 4)
+    cases = 0
+    below = 0
+    for cameras in (2, 3, 5, 8):
+        for occluders, largest in ((1, 1.0), (4, 1.0), (3, 0.02)):
+            count = 1_000_000 // 12 + 1
+            q = some_q(generator, count, occluders, cameras, largest)
+            masks = masks_of(generator, count, cameras)
+            seeing = int(generator.integers(1 << cameras))
+            blind = ~seeing & ((1 << cameras) - 1)
+            exact = joint_probability(q, masks, seeing, blind, "covering")
+            assert exact.min() >= 0.0
+            assert exact.max() <= 1.0 + 1e-12
+            assert joint_probability(q, masks, seeing, blind).min() >= 0.0
+            below += (joint_probability(q, masks, seeing, blind, "printed") < 0.0).sum()
+            cases += count
+    assert cases >= 1_000_000
+    # the printed form is there to show what was mended
+    assert below > 1000
+
+
+def test_reports_are_all_there_is(test_seed):
+    """The probabilities of all that the cameras of a place may report add up to 1."""
+    generator = np.random.default_rng(test_seed + 5)
+    q = some_q(generator, 200, 6, 4, 0.6)
+    masks = masks_of(generator, 200, 4)
+    for joint, detected in (("subsets", 1.0), ("covering", 1.0), ("subsets", 0.7), ("covering", 0.7)):
+        total = sum(joint_probability(q, masks, s, 0b1111 & ~s, joint, detected) for s in range(16))
+        np.testing.assert_allclose(total, 1.0, rtol=0.0, atol=1e-12)
+
+
+def test_cameras_that_were_not_heard_say_nothing(test_seed):
+    """What is left is the marginal: the sum over what the silent camera may have said."""
+    generator = np.random.default_rng(test_seed + 6)
+    q = some_q(generator, 200, 6, 3, 0.6)
+    q /= np.maximum(q.sum(axis=2, keepdims=True), 1.0)
+    masks = np.full(200, 0b111)
+    silent = joint_probability(q, masks, 0b001, 0b010)
+    both = joint_probability(q, masks, 0b101, 0b010) + joint_probability(q, masks, 0b001, 0b110)
+    np.testing.assert_allclose(silent, both, rtol=0.0, atol=1e-12)
+
+
+def test_likelihood_is_the_twins(test_seed):
+    generator = np.random.default_rng(test_seed + 7)
+    rig = a_rig(generator)
+    priors = NormalPriors(generator.uniform(0.0, 100.0, (12, 2)), some_covs(generator, 12, 2.0, 9.0), 1.67)
+    points = generator.uniform(-5.0, 105.0, (150, 2))
+    every, some = np.ones(6, bool), np.array([True, True, False, True, True, True])
+    for heard, bounded in ((every, True), (every, False), (some, True)):
+        values = np.where(generator.uniform(size=6) < 0.3, generator.normal(0.0, 60.0, 6), np.nan)
+        likelihood = Likelihood(rig, Report(values, heard), priors, bounded=bounded)
+        found, expected = likelihood.log_density(points), np.array(likelihoods(likelihood, points))
+        hopeless = expected < expected.max() - 35.0
+        np.testing.assert_array_equal(np.isinf(found), np.isinf(expected))
+        np.testing.assert_allclose(found[~hopeless], expected[~hopeless], rtol=0.0, atol=2e-3)
+        assert (found[hopeless] <= found.max() - 25.0).all()
+
+
+def test_uniform_priors_by_sampling(test_seed):
+    generator = np.random.default_rng(test_seed + 8)
+    rig = a_rig(generator, 3, ())
+    corners = np.array([[40.0, 40.0], [52.0, 38.0], [60.0, 47.0], [55.0, 58.0], [43.0, 52.0]])
+    triangle = np.array([[20.0, 70.0], [22.0, 70.0], [21.0, 90.0]])
+    priors = UniformPriors((corners, triangle[::-1]), 3.0)
+    points = generator.uniform(0.0, 100.0, (25, 2))
+    q = priors.coverage(rig, points, np.full(25, 0b111))
+    for j, polygon in enumerate((corners, triangle)):
+        low, high = polygon.min(axis=0), polygon.max(axis=0)
+        draws = generator.uniform(low, high, (30_000, 2))
+        sides = np.roll(polygon, -1, axis=0) - polygon
+        ways = draws[:, None] - polygon
+        inside = draws[(sides[:, 0] * ways[..., 1] - sides[:, 1] * ways[..., 0] >= 0.0).all(axis=1)]
+        for s, camera in enumerate(rig.cameras):
+            ray = points - camera.position
+            length = np.linalg.norm(ray, axis=1)
+            unit = ray / length[:, None]
+            offset = inside - camera.position
+            along = offset @ unit.T
+            across = np.abs(offset[:, :1] * unit[:, 1] - offset[:, 1:] * unit[:, 0])
+            share = ((along > 0.0) & (along < length) & (across < 3.0)).mean(axis=0)
+            np.testing.assert_allclose(q[:, j, s], share, rtol=0.0, atol=5.0 * 0.5 / np.sqrt(len(inside)))
+    assert (q > 0.01).sum() > 10
+
+
+def test_nothing_known_and_nobody_there():
+    rig = a_rig(np.random.default_rng(1), 2, ())
+    empty = NormalPriors(np.empty((0, 2)), np.empty((0, 2, 2)), 1.0)
+    points = np.full((3, 2), 50.0)
+    masks = np.array([0b11, 0b01, 0b00])
+    np.testing.assert_array_equal(empty.probabilities(rig, points, masks, 0b01, 0b10, 0.0), [0.0, 1.0, 0.0])
+    no_polygons = UniformPriors((), 1.0)
+    np.testing.assert_array_equal(no_polygons.probabilities(rig, points, masks, 0b00, 0b11, 0.0), [0, 0, 1])
+
+
+def test_singular_and_far_priors_stay_numbers():
+    rig = a_rig(np.random.default_rng(2), 3, ())
+    covs = np.array([np.zeros((2, 2)), [[1.0, 1.0], [1.0, 1.0]], np.eye(2) * 1e12, np.diag([1e-30, 9.0])])
+    means = np.array([[50.0, 50.0], [40.0, 60.0], [0.0, 0.0], [1e9, -1e9]])
+    points = np.random.default_rng(3).uniform(0.0, 100.0, (500, 2))
+    q = NormalPriors(means, covs, 1.67).coverage(rig, points, np.full(500, 7))
+    assert np.isfinite(q).all()
+    assert q.min() >= -1e-9
+    assert q.max() <= 1.0 + 1e-9
+    # a place that is known hides all or nothing
+    assert set(np.round(q[:, 0].ravel(), 6)) == {0.0, 1.0}
+    assert report(np.array([np.nan])).blind == 1
