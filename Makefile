@@ -7,7 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 UV := $(shell command -v uv 2>/dev/null)
 
-.PHONY: run test clean picture reports
+.PHONY: run test clean picture reports network-report
 
 run: $(VENV)/.installed
 	$(BIN)/wsnsim run scenarios/quickstart.yaml --out runs/quickstart --force
@@ -64,6 +64,11 @@ reports: $(VENV)/.installed-reports
 		$(BIN)/wsnsim sweep scenarios/studies/multiview_$$study.yaml --out runs/multiview-$$study || exit 1; \
 	done
 	$(BIN)/python -m wsnsim.claims --runs runs --out reports
+
+# The network beside theory, a Monte Carlo and ns-3 (a few minutes): reports/network.md and .csv. DATA names the
+# folder of public traces, whose section is left out without them.
+network-report: $(VENV)/.installed
+	$(BIN)/python -m wsnsim.claims network --out reports $(if $(DATA),--data $(DATA))
 
 # The README's picture: the report of the demo as a browser shows it (needs chromium).
 picture: run

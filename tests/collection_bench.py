@@ -14,21 +14,20 @@ from wsnsim.errors import DecodeError
 from wsnsim.hardware.profiles import PLATFORMS, RADIOS
 from wsnsim.hardware.work import Work
 from wsnsim.net.channel.channel import Channel
-from wsnsim.net.channel.links import Links
 from wsnsim.net.channel.propagation import LogDistance
 from wsnsim.net.clock import Clock
 from wsnsim.net.collection import GUARD_S
 from wsnsim.net.ideal import IdealNetwork
 from wsnsim.net.interface import LinkCounters, Outcome
 from wsnsim.net.radio import RadioNetwork
-from wsnsim.net.routing.search import link_powers
+from wsnsim.net.routing.search import radio_links
 from wsnsim.net.routing.tree import tree_from_parents
 from wsnsim.records import MemorySink, MessageRow
 from wsnsim.rng import RandomStreams
 from wsnsim.sim.collecting import ways
 from wsnsim.sim.mail import MailRoom
 from wsnsim.sim.node import Node
-from wsnsim.sim.power import NodePower, RadioMeter
+from wsnsim.sim.power import NodePower
 from wsnsim.systems.base import Aggregate, GroupKey, Role, Scope, Send, Step, Timer
 from wsnsim.units import to_ns, to_s
 
@@ -232,10 +231,10 @@ class CollectionBench:
             self.network = IdealNetwork(self.env, self.tree, self.mail)
         elif network == "ieee802154":
             stack = stack_of(config)
-            links = Links.from_matrix(link_powers(_places(self.tree), LogDistance(), stack.radio))
+            links = radio_links(_places(self.tree), LogDistance(), stack.radio)
             self.network = RadioNetwork(
                 self.env, tuple(self.tree.parent), self.tree, Channel(links), stack,
-                RandomStreams(seed), self.mail, {node: RadioMeter(power) for node, power in powers.items()},
+                RandomStreams(seed), self.mail, powers,
             )  # fmt: skip
         else:
             self.network = network(self.env, self.mail)

@@ -1,19 +1,18 @@
 """A small radio network on a bench: what the network's tests send through it, and what they hear."""
 
 import itertools
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import simpy
 
 from wsnsim.net.channel.channel import Channel
-from wsnsim.net.channel.links import Links
 from wsnsim.net.channel.propagation import LogDistance
 from wsnsim.net.config import LinkConfig, RadioConfig, RouteConfig
 from wsnsim.net.interface import Datagram
 from wsnsim.net.mac.csma_ca import CsmaCaConfig, CsmaCaFamily
 from wsnsim.net.radio import RadioNetwork, Stack
-from wsnsim.net.routing.search import link_powers, radio_tree
+from wsnsim.net.routing.search import radio_links, radio_tree
 from wsnsim.net.routing.tree import tree_from_parents
 from wsnsim.rng import RandomStreams
 
@@ -55,9 +54,14 @@ class RadioBench:
     ----------
     positions : node to (x, y, z) [m]
     parents : node to its parent, None for the base; or the name of the base
+    routing : what becomes of routes while the network runs
+    sinks : nodes whose parent, the base, they reach by wire
+    family : another MAC than CSMA/CA: makes a family of (tree, names, links, radio configuration)
     """
 
-    def __init__(self, positions, parents, seed=0, meters=None, **config):
+    def __init__(
+        self, positions, parents, seed=0, meters=None, family=None, routing=None, sinks=(), **config
+    ):
         self.env = simpy.Environment()
         self.delivered_at = []
         self.dropped_at = []
@@ -69,12 +73,18 @@ class RadioBench:
         if isinstance(parents, str):
             tree = tree_to(parents, positions, propagation, **config)
         else:
-            tree = tree_from_parents(parents)
+            tree = tree_from_parents(parents, frozenset(sinks))
+        links = radio_links(positions, propagation, stack.radio)
+        if family is not None:
+            stack = replace(stack, family=family(tree, tuple(positions), links, stack.radio))
+        if routing is not None:
+            stack = replace(stack, routing=routing)
+        self.moves, self.phy = [], stack.family.phy
         self.network = RadioNetwork(
             self.env,
             tuple(positions),
             tree,
-            Channel(Links.from_matrix(link_powers(positions, propagation, stack.radio))),
+            Channel(links),
             stack,
             RandomStreams(seed),
             self,
@@ -110,15 +120,19 @@ class RadioBench:
     def frame(self, row):
         self.frames.append(row)
 
+    def reparented(self, node, old, new, why):
+        self.moves.append((self.env.now, node, old, new, why))
+
     def at(self, time_ns, action):
         """Do something at a time [ns]."""
         self.env.timeout(time_ns - self.env.now).callbacks.append(lambda _: action())
 
-    def send(self, source, destinations, data, at_ns=None, disseminate=False, expires_ns=None):
+    def send(self, source, destinations, data, at_ns=None, disseminate=False, expires_ns=None, one_hop=False):
         """Send now, or at a time [ns]; return the datagram's number."""
         if isinstance(destinations, str):
             destinations = (destinations,)
-        datagram = Datagram(next(self._numbers), source, destinations, data, disseminate, expires_ns)
+        number = next(self._numbers)
+        datagram = Datagram(number, source, destinations, data, disseminate, expires_ns, one_hop)
         if at_ns is None:
             self.network.send(datagram)
         else:

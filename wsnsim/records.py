@@ -115,6 +115,22 @@ class NodeRow:
     battery_capacity_j: float | None
     battery_left_j: float | None
     died_at_s: float | None
+    attempts: int = 0
+    """Data frames sent that ask for an acknowledgement, repeats included."""
+    attempts_failed: int = 0
+    """Those of them that were not acknowledged."""
+    cca_total: int = 0
+    """Looks at the channel before sending."""
+    cca_busy: int = 0
+    """Those of them that found it busy."""
+    budget_waited_s: float = 0.0
+    """How long frames at the head of the queue waited for the bandwidth budget."""
+    control_frames_tx: int = 0
+    """Of `frames_tx`, those of the routing protocol: beacons, joins and probes."""
+    control_tx_bytes: int = 0
+    """Of `mac_tx_bytes`, those of such frames."""
+    duplicates: int = 0
+    """Packets that came again and were thrown away above the MAC."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -101,3 +101,78 @@ def test_a_step_of_each_tracker_can_be_timed(scenarios, variant):
     assert (JOIN in {measure.what for measure in stages}) == (variant == "T2")
     # histograms over the whole image cost more, even for few particles
     assert whole.ratio is None or whole.ratio > 1.0
+
+
+@pytest.fixture(scope="module")
+def small_load():
+    from wsnsim.bench.network import Load
+    from wsnsim.claims.network.layouts import stored
+
+    return Load(stored("rgg_n10"), 0.5)
+
+
+def test_without_ns3_the_network_is_timed_alone(small_load, monkeypatch):
+    from wsnsim.bench import network
+
+    monkeypatch.setattr(network, "compiled", lambda folder: "no g++")
+    said = []
+    compared, *grown = network.bench_network([small_load], quick=True, said=said.append)
+    assert said[0] == "no g++: no comparison"
+    assert (compared.who, compared.what, compared.ratio) == ("wsnsim", "rgg_n10, T = 0.5 s", None)
+    assert compared.delivered <= 9 * 20
+    assert [cost.motes for cost in grown] == [50, 100]
+    for cost in (compared, *grown):
+        assert cost.loop_s > 0.0
+        assert cost.us_per_frame == pytest.approx(1e6 * cost.loop_s / cost.frames)
+        assert cost.us_per_delivered == pytest.approx(1e6 * cost.loop_s / cost.delivered)
+        assert cost.frames >= 2 * cost.delivered
+        assert cost.peak_memory_mb > 1.0
+
+
+def test_ns3_does_the_same_work_where_it_can_be_compiled(small_load, tmp_path):
+    from wsnsim.bench.network import bench_network
+    from wsnsim.bench.ns3 import compiled
+
+    peer = compiled(tmp_path)
+    if isinstance(peer, str):
+        pytest.skip(peer)
+    ours, theirs, *_ = bench_network([small_load], quick=True)
+    assert (ours.who, theirs.who) == ("wsnsim", "ns-3")
+    assert ours.ratio == pytest.approx(ours.us_per_delivered / theirs.us_per_delivered)
+    assert theirs.delivery_ratio == pytest.approx(ours.delivery_ratio, abs=0.03)
+    assert theirs.frames == pytest.approx(ours.frames, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("driver", "why"), [("", "only a checkout"), ("int main() { nonsense }", "does not compile")]
+)
+def test_a_peer_that_cannot_be_made_is_a_reason(tmp_path, driver, why):
+    from wsnsim.bench.ns3 import compiled
+
+    source = tmp_path / "driver.cc"
+    if driver:
+        source.write_text(driver)
+    said = compiled(tmp_path, source)
+    assert isinstance(said, str)
+    assert why in said or "no g++" in said
+
+
+def test_the_network_is_profiled_by_function(small_load):
+    from wsnsim.bench.network import profile_network
+
+    text = profile_network(small_load, 2.0, lines=10)
+    assert "function calls" in text
+    assert "tottime" in text
+    assert "medium.py" in text or "csma_ca.py" in text
+
+
+def test_a_layout_that_is_none_is_a_wrong_argument(tmp_path):
+    from click.testing import CliRunner
+
+    from wsnsim.cli.bench import command
+
+    path = tmp_path / "mine.json"
+    path.write_text("{}")
+    said = CliRunner().invoke(command, ["network", str(path)])
+    assert said.exit_code == 2
+    assert "must be a JSON object with `xy`" in said.output

@@ -58,6 +58,21 @@ def test_json_holds_the_figures(validate, tmp_path):
     assert "maps" not in json.loads(validate("--json").stdout)
 
 
+def test_links_of_a_file_have_a_map_and_say_nothing_of_others(validate, tmp_path):
+    chain = [("c1", "relay"), ("c2", "relay"), ("c3", "relay"), ("c4", "relay"), ("relay", "base")]
+    rows = [f"{one},{other},0.95\n{other},{one},0.95\n" for one, other in chain]
+    (tmp_path / "links.csv").write_text("from,to,prr\n" + "".join(rows))
+    table = f"network.propagation={{kind: link_table, file: {tmp_path / 'links.csv'}}}"
+    done = validate("--maps", "--json", "--set", table, "--out", tmp_path / "m.html")
+    assert done.exit_code == 0, done.stderr
+    links = {(each["one"], each["other"]): each for each in json.loads(done.stdout)["maps"]["links"]}
+    assert links["c1", "relay"]["power_there_dbm"] == -60.0
+    assert links["c1", "base"]["power_there_dbm"] is None
+    assert "which says nothing of those that one more mote would have" in (tmp_path / "m.html").read_text(
+        "utf-8"
+    )
+
+
 def test_an_ideal_network_has_the_map_of_its_tree_too(validate, tmp_path):
     done = validate("--maps", "--set", "network.standard=ideal", "--quiet")
     assert (done.exit_code, done.stdout, done.stderr) == (0, "", "")

@@ -37,6 +37,8 @@ def test_one_hop_takes_one_of_eight_equally_likely_times(payload_bytes, least_ns
     assert np.array_equal(drawn * BACKOFF_NS, np.unique(delays - least_ns))
     assert list(drawn) == list(range(8))
     assert chisquare(counts).pvalue > 1e-3
+    standard_error = BACKOFF_NS * np.sqrt((64 - 1) / 12 / PACKETS)
+    assert delays.mean() == pytest.approx(least_ns + 3.5 * BACKOFF_NS, abs=3.5 * standard_error)
 
     ends = [round(row.time_s * 1e9) + 352_000 for row in bench.frames if row.kind == "ack"]
     assert [row.outcome for row in bench.frames if row.kind == "ack"] == ["received"] * PACKETS

@@ -14,6 +14,83 @@ S = 1_000_000_000
 CC2420 = RADIOS["cc2420"]
 
 
+class Times:
+    """The times of a component that a test moves from state to state by hand."""
+
+    def __init__(self, *changes):
+        self.changes, self.now = changes, changes[0][0]
+
+    def at(self, now_ns):
+        spent, state = dict.fromkeys(("listen", "transmit", "sleep"), 0), None
+        for (begin, state), end in zip(
+            self.changes, [*(begin for begin, _ in self.changes[1:]), 10**18], strict=True
+        ):
+            if begin > now_ns:
+                break
+            spent[state], now = spent[state] + min(now_ns, end) - begin, state
+        return spent, now
+
+    @property
+    def state(self):
+        return self.at(self.now)[1]
+
+    def spent_ns(self, now_ns):
+        self.now = now_ns
+        return self.at(now_ns)[0]
+
+
+POWERS = {"listen": 0.06, "transmit": 0.05, "sleep": 6e-5}
+
+
+def test_a_component_that_is_asked_for_its_times_draws_what_one_that_tells_of_them_does():
+    """Two accounts of the same states, one told of each change, one asked now and then: equal to the unit."""
+    generator = np.random.default_rng(7)
+    begins = np.cumsum(generator.integers(1, 10**8, 300)).tolist()
+    changes = [(begin, str(generator.choice(list(POWERS)))) for begin in begins]
+    told, asked = EnergyLedger(100.0), EnergyLedger(100.0)
+    asked.meter(begins[0], "radio", Times(*changes), POWERS)
+    for begin, state in changes:
+        told.enter(begin, "radio", state, POWERS[state])
+    looks = np.sort(generator.integers(begins[0], begins[-1] + S, 20)).tolist()
+    for look in looks:
+        asked.enter(look, "cpu", "work", 0.0)
+    now = begins[-1] + 2 * S
+    radio = {key: drawn for key, drawn in asked.drawn_j(now).items() if key[0] == "radio"}
+    assert radio == told.drawn_j(now)
+    assert asked.total_drawn_j(now) == told.total_drawn_j(now)
+    assert math.fsum(s for (component, _), s in asked.seconds(now).items() if component == "radio") == (
+        pytest.approx((now - begins[0]) / S, rel=1e-12)
+    )
+
+
+def test_a_battery_that_is_looked_at_in_time_empties_at_the_instant_though_nobody_tells_of_states():
+    """Listening to 1 s, then sending: 0.06 J and the rest at 0.05 W."""
+    changes = ((0, "listen"), (S, "transmit"))
+    told, asked = EnergyLedger(0.0734), EnergyLedger(0.0734)
+    asked.meter(0, "radio", Times(*changes), POWERS)
+    for begin, state in changes:
+        told.enter(begin, "radio", state, POWERS[state])
+    empty_ns = told.empty_at_ns()
+    assert empty_ns == pytest.approx(S + 268_000_000, abs=1)
+    assert asked.left_j(S) == pytest.approx(0.0134)
+    assert asked.empty_at_ns() == empty_ns
+    assert asked.left_j(empty_ns - 1) > 0.0
+    assert asked.left_j(empty_ns + S) == 0.0
+    assert asked.empty_at_ns() == empty_ns
+    assert asked.seconds(3 * S)["radio", "transmit"] == (empty_ns - S) / S
+    assert asked.drawn_j(3 * S)["radio", "transmit"] == pytest.approx(0.0134)
+
+
+def test_a_battery_that_is_looked_at_too_late_lasts_as_long_as_the_mean_power_allows():
+    asked = EnergyLedger(0.055)
+    asked.meter(0, "radio", Times((0, "listen"), (S, "transmit")), POWERS)
+    assert asked.left_j(2 * S) == 0.0
+    assert asked.empty_at_ns() == 2 * S * 0.055 / 0.11
+    assert asked.total_drawn_j(3 * S) == pytest.approx(0.055, rel=1e-12)
+    seconds = asked.seconds(3 * S)
+    assert seconds["radio", "listen"] + seconds["radio", "transmit"] == pytest.approx(1.0, abs=1e-9)
+
+
 def test_a_cc2420_that_only_listens_drains_two_aa_cells_in_3_842_days():
     ledger = EnergyLedger(18_720.0)
     ledger.enter(0, "radio", "listen", CC2420.listen_w)

@@ -10,7 +10,7 @@ from wsnsim.net.channel.propagation import LogDistance
 from wsnsim.net.config import RadioConfig
 from wsnsim.net.phy.ieee802154 import O_QPSK
 from wsnsim.net.routing.linkquality import expected_transmissions, weakest_usable_dbm
-from wsnsim.net.routing.search import link_powers
+from wsnsim.net.routing.search import radio_links
 from wsnsim.net.routing.tree import tree_from_parents
 from wsnsim.sim.maps import Grid, Links, coverage_of, reach_of
 from wsnsim.world.bodies import Body, PatchTexture
@@ -132,13 +132,14 @@ def test_the_floor_is_counted_without_what_stands_on_it():
 
 def linked(places, **radio):
     config = RadioConfig(**radio)
-    power = link_powers(places, LogDistance(), config)
+    arriving = radio_links(places, LogDistance(), config)
+    power = arriving.matrix(arriving.power_dbm, -np.inf)
     tree = tree_from_parents({node: None if node == "base" else "base" for node in places})
     return Links(
         tuple(places),
         np.array(list(places.values()), dtype=np.float64),
         power,
-        expected_transmissions(power, O_QPSK, config, 127, 5),
+        arriving.matrix(expected_transmissions(arriving, O_QPSK, config, 127, 5), np.inf),
         weakest_usable_dbm(O_QPSK, config, 0.9),
         0.9,
         tree,
@@ -173,7 +174,8 @@ def test_one_more_mote_hears_the_nearest_best(test_seed):
     for _ in range(50):
         row, column = (int(rng.integers(n)) for n in reach.grid.shape)
         here = (reach.grid.x[column], reach.grid.y[row], 2.0)
-        losses = [LogDistance()(np.array([here, place]))[0, 1] for place in places.values()]
+        pair = np.array([0]), np.array([1])
+        losses = [LogDistance().loss_db(np.array([here, place]), *pair)[0] for place in places.values()]
         assert reach.best[row, column] == int(np.argmin(losses))
         assert reach.margin_db[row, column] == pytest.approx(95.0 - min(losses))
 

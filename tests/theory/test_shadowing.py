@@ -4,13 +4,21 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, kstest
 
-from wsnsim.net.channel.propagation import LogDistance
-from wsnsim.net.channel.shadowing import Shadowed, mean_of, shadowing_db
+from wsnsim.net.channel.propagation import LogDistance, every_pair, mean_of
+from wsnsim.net.channel.shadowing import Shadowed
 from wsnsim.rng import RandomStreams
 
 NODES = [f"n{i}" for i in range(60)]
 PAIRS = np.triu_indices(len(NODES), 1)
 ALPHA = 1e-3
+
+
+def shadowing_db(nodes, shadowing_sd_db, asymmetry_sd_db, streams):
+    """Return what is lost beyond the mean (n, n) from node i to node j."""
+    model = Shadowed(LogDistance(), nodes, shadowing_sd_db, asymmetry_sd_db, streams)
+    extra, pairs = np.zeros((len(nodes), len(nodes))), every_pair(len(nodes))
+    extra[pairs] = model.extra_db(*pairs)
+    return extra
 
 
 @pytest.mark.parametrize(("shared_db", "between_db"), [(4.0, 1.0), (0.0, 2.0), (6.0, 0.0)])
@@ -53,9 +61,11 @@ def test_a_link_hangs_on_its_nodes_and_the_seed_alone():
 
 def test_shadowing_is_added_to_the_mean_of_fixed_nodes_only():
     places = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 30.0, 0.0]])
-    extra = shadowing_db(NODES[:3], 4.0, 1.0, RandomStreams(0))
-    model = Shadowed(LogDistance(), extra)
-    assert np.array_equal(model(places), LogDistance()(places) + extra)
+    model = Shadowed(LogDistance(), NODES[:3], 4.0, 1.0, RandomStreams(0))
+    pairs = every_pair(3)
+    assert np.array_equal(
+        model.loss_db(places, *pairs), LogDistance().loss_db(places, *pairs) + model.extra_db(*pairs)
+    )
     assert mean_of(model) is model.mean
     with pytest.raises(ValueError, match="must be those of 3 nodes, got 2"):
-        model(places[:2])
+        model.loss_db(places[:2], np.array([0]), np.array([1]))

@@ -12,7 +12,7 @@ from wsnsim.net.mac.csma_ca import CsmaCa, CsmaCaConfig
 from wsnsim.net.mac.frames import MacAck, MacData, decode_frame
 from wsnsim.net.phy.base import BROADCAST, Transmission
 from wsnsim.net.phy.ieee802154 import air_time_ns
-from wsnsim.net.phy.medium import Radio
+from wsnsim.net.phy.radios import Radio
 
 CCA_NS, TURN_NS, SLOT_NS, ACK_WAIT_NS = 128_000, 192_000, 320_000, 864_000
 
@@ -26,7 +26,7 @@ class Stand:
         self.is_busy = busy
         self.assessed, self.sent, self.done_with, self.got, self.turned = [], [], [], [], []
         self.mac = CsmaCa(self.clock, self, CsmaCaConfig(**config), 1, np.random.default_rng(5))
-        self.radio = Radio(1, lambda now, cause: None, np.random.default_rng(6), self.mac)
+        self.radio = Radio(1, np.random.default_rng(6), self.mac)
         self.mac.connect(self.radio, self)
 
     def busy(self, radio):

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse.csgraph import dijkstra
 
+from wsnsim.net.channel.links import Links
 from wsnsim.net.config import RadioConfig
 from wsnsim.net.phy.ieee802154 import O_QPSK
 from wsnsim.net.routing.linkquality import expected_transmissions, frame_successes, weakest_usable_dbm
@@ -23,18 +24,29 @@ BIT_ERRORS = {-5: 7.517e-2, -3: 1.642e-2, -1: 1.149e-3, 0: 1.6153e-4, 1: 1.2912e
 """Of IEEE 802.15.4-2006, sec. E.4.1.8, by SINR [dB]."""
 
 
-def matrix(links, nodes):
-    """Return (n, n) powers from `links`, (i, j): dBm; nothing elsewhere."""
+def matrix(powers, nodes):
+    """Return the links of `powers`, (i, j): dBm; none elsewhere."""
     power = np.full((nodes, nodes), -np.inf)
-    for (sender, receiver), dbm in links.items():
+    for (sender, receiver), dbm in powers.items():
         power[sender, receiver] = dbm
-    return power
+    return Links.from_matrix(power)
+
+
+def etx_matrix(links, *config):
+    """Return the ETX (n, n) of links."""
+    return links.matrix(expected_transmissions(links, *config), math.inf)
+
+
+def tree_of(places, base, etx, power, most):
+    """Return the tree over links of which ETX and power are given as matrices (n, n)."""
+    links = Links.from_matrix(power)
+    return etx_tree(places, base, links, etx[links.senders, links.receivers], most)
 
 
 @pytest.mark.parametrize(("forward_db", "back_db"), [(0, 0), (-1, 2), (2, -1), (-3, 1), (-5, -5)])
 def test_etx_is_one_over_the_chance_of_the_frame_and_its_ack(forward_db, back_db):
     power = matrix({(0, 1): -100.0 + forward_db, (1, 0): -100.0 + back_db}, 2)
-    etx = expected_transmissions(power, O_QPSK, RadioConfig(**QUIET), 127, 5)
+    etx = etx_matrix(power, O_QPSK, RadioConfig(**QUIET), 127, 5)
     # 6 octets of synchronisation and PHY header, then the MPDU: 127 B, or the ACK's 5 B
     frame, ack = 8 * (6 + 127), 8 * (6 + 5)
     there = (1 - BIT_ERRORS[forward_db]) ** frame * (1 - BIT_ERRORS[back_db]) ** ack
@@ -49,16 +61,16 @@ def test_etx_is_one_over_the_chance_of_the_frame_and_its_ack(forward_db, back_db
 def test_what_a_receiver_does_not_notice_has_no_etx():
     config = RadioConfig(sensitivity_dbm=-95.0, noise_dbm=-120.0)
     heard = matrix({(0, 1): -94.9, (1, 0): -95.1}, 2)
-    assert frame_successes(heard, O_QPSK, config, 127)[0, 1] == pytest.approx(1.0)
+    assert frame_successes(heard, O_QPSK, config, 127)[0] == pytest.approx(1.0)
     assert np.all(np.isinf(expected_transmissions(heard, O_QPSK, config, 127, 5)))
     deaf = RadioConfig(sensitivity_dbm=-120.0, noise_dbm=-100.0, lock_sinr_db=3.0)
-    assert frame_successes(matrix({(0, 1): -98.0}, 2), O_QPSK, deaf, 5)[0, 1] == 0.0
+    assert frame_successes(matrix({(0, 1): -98.0}, 2), O_QPSK, deaf, 5)[0] == 0.0
 
 
 def test_the_weakest_usable_link_carries_the_wanted_share():
     config = RadioConfig(**QUIET)
     power = matrix({(0, 1): weakest_usable_dbm(O_QPSK, config, 0.73)}, 2)
-    assert frame_successes(power, O_QPSK, config, 127)[0, 1] == pytest.approx(0.73, abs=1e-9)
+    assert frame_successes(power, O_QPSK, config, 127)[0] == pytest.approx(0.73, abs=1e-9)
 
 
 def test_two_good_hops_beat_a_bad_one_and_lose_to_a_fair_one():
@@ -67,12 +79,12 @@ def test_two_good_hops_beat_a_bad_one_and_lose_to_a_fair_one():
     etx[1, 0] = etx[2, 1] = 1.1
     power = np.zeros((3, 3))
     etx[2, 0] = 2.3
-    assert etx_tree(places, "base", etx, power, 10.0).parent["far"] == "middle"
+    assert tree_of(places, "base", etx, power, 10.0).parent["far"] == "middle"
     etx[2, 0] = 2.1
-    assert etx_tree(places, "base", etx, power, 10.0).parent["far"] == "base"
+    assert tree_of(places, "base", etx, power, 10.0).parent["far"] == "base"
     # as dear as the way over the middle: fewer hops win
     etx[2, 0] = 2.2
-    assert etx_tree(places, "base", etx, power, 10.0).parent["far"] == "base"
+    assert tree_of(places, "base", etx, power, 10.0).parent["far"] == "base"
 
 
 def test_min_hop_takes_the_long_link_that_etx_leaves():
@@ -90,11 +102,11 @@ def test_ties_go_to_the_stronger_link_then_to_the_first():
     etx = np.full((4, 4), np.inf)
     etx[1, 0] = etx[2, 0] = etx[3, 1] = etx[3, 2] = 1.0
     power = np.full((4, 4), -50.0)
-    assert etx_tree(places, "base", etx, power, 10.0).parent["far"] == "one"
+    assert tree_of(places, "base", etx, power, 10.0).parent["far"] == "one"
     power[3, 2] = power[2, 3] = -40.0
-    assert etx_tree(places, "base", etx, power, 10.0).parent["far"] == "two"
+    assert tree_of(places, "base", etx, power, 10.0).parent["far"] == "two"
     power[2, 3] = -60.0
-    assert etx_tree(places, "base", etx, power, 10.0).parent["far"] == "one"
+    assert tree_of(places, "base", etx, power, 10.0).parent["far"] == "one"
 
 
 @settings(max_examples=60, deadline=None)
@@ -111,9 +123,9 @@ def test_every_way_is_as_cheap_as_dijkstra_of_scipy_finds_it(seed, nodes):
     power = rng.normal(-70, 10, (nodes, nodes))
     if not np.isfinite(costs).all():
         with pytest.raises(RoutingError, match="with an ETX of at most 3"):
-            etx_tree(places, "n0", etx, power, 3.0)
+            tree_of(places, "n0", etx, power, 3.0)
         return
-    tree = etx_tree(places, "n0", etx, power, 3.0)
+    tree = tree_of(places, "n0", etx, power, 3.0)
     for at, name in enumerate(names):
         way = [int(node[1:]) for node in tree.path(name, "n0")]
         taken = sum(etx[i, j] for i, j in pairwise(way))

@@ -2,7 +2,6 @@
 
 import re
 import runpy
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -214,35 +213,26 @@ def test_a_dying_relay_loses_what_it_holds_for_others():
 
 
 class Meter:
-    def __init__(self):
-        self.states = []
-
-    def enter(self, now_ns, cause):
-        self.states.append((now_ns, cause))
+    def attend(self, times):
+        self.times = times
 
 
-def test_meters_hear_of_every_change_in_order():
+def test_meters_can_ask_for_the_times_of_every_state():
     meters = {node: Meter() for node in PLACES}
     tree = RadioBench(PLACES, PARENTS, meters=meters)
     tree.send("far", "base", text(100))
     tree.run(1.0)
+    assert {meter.times.state for meter in meters.values()} == {"listen"}
     tree.network.stop_node("near")
     tree.run(1.1)
-
-    def seconds(node, cause):
-        states = [*meters[node].states, (1_100_000_000, "end")]
-        return sum(b[0] - a[0] for a, b in pairwise(states) if a[1] == cause)
-
+    spent = {node: meter.times.spent_ns(tree.env.now) for node, meter in meters.items()}
     data, ack = 192_000 + 32_000 * 116, 352_000
-    assert seconds("far", "transmit") == data
-    assert seconds("relay", "transmit") == data + ack
-    assert seconds("relay", "receive") == data + ack
-    assert seconds("near", "sleep") == 100_000_000
-    for meter in meters.values():
-        times = [at for at, _ in meter.states]
-        assert times == sorted(times)
-        assert meter.states[0] == (0, "listen")
-    assert meters["near"].states[-1] == (1_000_000_000, "sleep")
+    assert spent["far"]["transmit"] == data
+    assert spent["relay"]["transmit"] == data + ack
+    assert spent["relay"]["receive"] == data + ack
+    assert spent["near"]["sleep"] == 100_000_000
+    assert meters["near"].times.state == "sleep"
+    assert {sum(times.values()) for times in spent.values()} == {1_100_000_000}
 
 
 def test_frames_are_recorded_where_asked_for():

@@ -146,6 +146,17 @@ def messages():
     return pd.DataFrame(rows, columns=columns).assign(fused_into=None)
 
 
+ACCESS_COLUMNS = (
+    "frames_tx",
+    "frames_retried",
+    "attempts",
+    "attempts_failed",
+    "cca_total",
+    "cca_busy",
+    "budget_waited_s",
+)
+
+
 def nodes():
     base = {
         "node": "base",
@@ -158,6 +169,7 @@ def nodes():
     base |= dict.fromkeys(ENERGY_COLUMNS, 1e6)
     base |= {"images_skipped": 0, "battery_capacity_j": math.nan, "died_at_s": math.nan}
     base |= {"cpu_busy_s": 1.0, "frame_work_mean_s": math.nan, "work_longest_s": 1.0}
+    base |= dict.fromkeys(ACCESS_COLUMNS, 0)
     motes = []
     for i, name in enumerate(("a", "b")):
         mote = {
@@ -171,6 +183,7 @@ def nodes():
         mote |= dict.fromkeys(ENERGY_COLUMNS, 1.0 + i)
         mote |= {"images_skipped": 3, "battery_capacity_j": 100.0, "died_at_s": math.nan}
         mote |= {"cpu_busy_s": 0.5, "frame_work_mean_s": 0.25, "work_longest_s": 0.2}
+        mote |= dict.fromkeys(ACCESS_COLUMNS, 0)
         motes.append(mote)
     return pd.DataFrame([base, *motes])
 

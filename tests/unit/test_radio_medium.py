@@ -13,7 +13,7 @@ from wsnsim.net.clock import Clock
 from wsnsim.net.config import RadioConfig
 from wsnsim.net.phy.base import BROADCAST, Transmission
 from wsnsim.net.phy.ieee802154 import O_QPSK, log_success
-from wsnsim.net.phy.interference import peak_power, survival
+from wsnsim.net.phy.interference import survival
 from wsnsim.net.phy.medium import Medium
 
 AIR_NS = 3_744_000
@@ -42,16 +42,20 @@ class Channel:
         power = np.full((nodes, nodes), power_dbm)
         for (one, other), dbm in (links or {}).items():
             power[one, other] = power[other, one] = dbm
-        self.reports, self.heard, self.states = [], [], []
+        self.reports, self.heard = [], []
         config = RadioConfig(**{"noise_dbm": -107.0} | config)
         self.medium = Medium(
             self.clock, O_QPSK, config, Ether(Links.from_matrix(power)), lambda *row: self.reports.append(row)
         )
         self.radios = []
         for at in range(nodes):
-            rng = np.random.default_rng(at)
-            enter = lambda now, cause, at=at: self.states.append((now, at, cause))  # noqa: E731
-            self.radios.append(self.medium.add(enter, rng, Ear(self.heard, at)))
+            self.radios.append(self.medium.add(np.random.default_rng(at), Ear(self.heard, at)))
+
+    def spent(self, at):
+        """Return the nanoseconds that a node has spent in each state, those without any left out."""
+        times = self.medium.times(self.radios[at]).spent_ns(self.env.now)
+        assert sum(times.values()) == self.env.now
+        return {state: spent for state, spent in times.items() if spent}
 
     def at(self, time_ns, action):
         self.env.timeout(time_ns - self.env.now).callbacks.append(lambda _: action())
@@ -81,18 +85,10 @@ def test_a_lone_frame_arrives_and_the_states_tell_of_it():
     channel.frame(1000, 0, 1)
     assert outcome(channel) == {(0, 1): "received"}
     assert channel.heard == [(1, 0), (0, "sent")]
-    end = 1000 + AIR_NS
-    assert [entry for entry in channel.states if entry[1] == 0] == [
-        (0, 0, "listen"),
-        (1000, 0, "transmit"),
-        (end, 0, "listen"),
-    ]
+    assert channel.env.now == 1000 + AIR_NS
+    assert channel.spent(0) == {"listen": 1000, "transmit": AIR_NS}
     for at in (1, 2):
-        assert [entry for entry in channel.states if entry[1] == at] == [
-            (0, at, "listen"),
-            (1000, at, "receive"),
-            (end, at, "listen"),
-        ]
+        assert channel.spent(at) == {"listen": 1000, "receive": AIR_NS}
 
 
 def test_too_weak_a_frame_is_not_noticed():
@@ -135,7 +131,7 @@ def test_a_frame_drowned_at_its_beginning_is_not_locked_on():
     # node 2 hears again 192 µs after its short frame, while node 0's is still on the air
     channel.frame(1_000_000, 1, 2)
     assert outcome(channel) == {(0, 2): "missed", (1, 2): "missed"}
-    assert (1_000_000, 2, "receive") not in channel.states
+    assert "receive" not in channel.spent(2)
 
 
 def test_stretches_multiply():
@@ -208,21 +204,33 @@ def test_a_reception_in_progress_makes_the_channel_busy_at_any_power():
     assert channel.busy(2_000_000, 2)
 
 
-def test_power_of_several_frames_adds_up():
-    spans = [(0, 100, 1.0), (50, 150, 2.0), (140, 300, 4.0)]
-    assert peak_power("whole_window")(spans, 40, 200) == 6.0
-    assert peak_power("whole_window")(spans[:2], 40, 60) == 3.0
-    assert peak_power("end_of_window")(spans[:2], 100, 200) == 0.0
+@pytest.mark.parametrize("cca", ["whole_window", "end_of_window"])
+def test_power_of_several_frames_adds_up(cca):
+    """Two frames of -79 dBm are -76 dBm; the node was deaf as they began, so energy alone counts."""
+    channel = Channel(links={(0, 2): -79.0, (1, 2): -79.0}, cca=cca)
+    channel.frame(0, 2, BROADCAST, length=5)
+    channel.frame(10_000, 0, BROADCAST)
+    channel.frame(1_000_000, 1, BROADCAST)
+    alone, both = [], []
+    for time_ns, answers in ((900_000, alone), (1_100_000, both)):
+        channel.at(time_ns, lambda answers=answers: answers.append(channel.medium.busy(channel.radios[2])))
+    channel.env.run()
+    assert (alone, both) == ([False], [True])
 
 
 def test_survival_models():
-    noise, sensitivity = to_mw(-107), to_mw(-95)
-    sinr, destructive = (survival(m, O_QPSK, noise, sensitivity) for m in ("sinr", "destructive"))
+    noise, loud = to_mw(-107), to_mw(-95)
     stretch = (400_000, 800_000, 0)
-    assert sinr(1e-9, [1e-9], stretch) == pytest.approx(log_success(1e-9 / (noise + 1e-9), 100.0))
-    assert destructive(1e-3, [sensitivity], stretch) == -math.inf
-    weak = [0.9 * sensitivity]
-    assert destructive(1e-9, weak, stretch) == sinr(1e-9, weak, stretch)
+    sinr, destructive, capture = (
+        survival(RadioConfig(collision=model, capture_db=3.0), O_QPSK)
+        for model in ("sinr", "destructive", "capture")
+    )
+    assert sinr(1e-9, noise, 1e-9, True, stretch) == pytest.approx(log_success(1e-9 / (noise + 1e-9), 100.0))
+    assert destructive(1e-3, noise, loud, True, stretch) == -math.inf
+    assert destructive(1e-9, noise, loud, False, stretch) == sinr(1e-9, noise, loud, False, stretch)
+    assert capture(1.99 * loud, noise, loud, True, stretch) == -math.inf
+    assert capture(2.0 * loud, noise, loud, True, stretch) == sinr(2.0 * loud, noise, loud, True, stretch)
+    assert capture(loud, noise, loud, False, stretch) == sinr(loud, noise, loud, False, stretch)
 
 
 def test_a_silenced_sender_cuts_its_frame():
@@ -232,5 +240,67 @@ def test_a_silenced_sender_cuts_its_frame():
     channel.frame(1_000_000, 2, 1)
     assert outcome(channel) == {(0, 1): "corrupted", (2, 1): "received"}
     assert (0, "sent") not in channel.heard
-    assert channel.states[-1][1:] != (0, "listen")
-    assert [entry for entry in channel.states if entry[1] == 0][-1] == (1_000_000, 0, "sleep")
+    assert channel.spent(0) == {"transmit": 1_000_000, "sleep": AIR_NS}
+
+
+@pytest.mark.parametrize(("stronger_db", "arrives"), [(2.9, False), (3.1, True)])
+def test_in_capture_the_first_frame_survives_if_it_is_enough_stronger(stronger_db, arrives):
+    channel = Channel(links={(0, 2): -60.0, (1, 2): -60.0 - stronger_db}, collision="capture")
+    channel.frame(0, 0, 2)
+    channel.frame(1_000_000, 1, 2)
+    assert outcome(channel) == {(0, 2): "received" if arrives else "corrupted", (1, 2): "missed"}
+
+
+@pytest.mark.parametrize(
+    ("later_ns", "stronger_db", "takes_over"),
+    [(0, 3.1, True), (160_000, 3.1, True), (160_001, 3.1, False), (160_000, 2.9, False)],
+)
+def test_in_capture_a_stronger_frame_takes_over_a_receiver_at_the_preamble(later_ns, stronger_db, takes_over):
+    """The synchronisation header of 10 symbols is 160 us."""
+    channel = Channel(links={(0, 2): -60.0, (1, 2): -60.0 + stronger_db}, collision="capture")
+    channel.frame(1000, 0, 2)
+    channel.frame(1000 + later_ns, 1, 2)
+    what = ("corrupted", "received") if takes_over else ("corrupted", "missed")
+    assert outcome(channel) == {(0, 2): what[0], (1, 2): what[1]}
+    assert channel.spent(2)["receive"] == AIR_NS + (later_ns if takes_over else 0)
+
+
+def test_capture_asks_for_more_than_the_sum_of_all_others():
+    """4 dB above each of two is 1 dB above both."""
+    links = {(0, 3): -60.0, (1, 3): -64.0, (2, 3): -64.0}
+    for others, arrives in (((1,), True), ((1, 2), False)):
+        channel = Channel(links=links, nodes=4, collision="capture")
+        channel.frame(0, 0, 3)
+        for other in others:
+            channel.frame(1_000_000, other, BROADCAST)
+        assert outcome(channel)[0, 3] == ("received" if arrives else "corrupted")
+
+
+def test_who_watches_the_channel_hears_when_it_becomes_busy_and_idle():
+    """Two frames overlap: busy from the begin of the first to the end of the second."""
+    channel = Channel()
+    told = []
+    channel.radios[2].listener.carrier = lambda busy: told.append((channel.env.now, busy))
+    assert channel.medium.watch(channel.radios[2]) is False
+    channel.frame(1000, 0, BROADCAST)
+    channel.frame(500_000, 1, BROADCAST)
+    channel.frame(10_000_000, 1, BROADCAST)
+    channel.at(9_000_000, lambda: channel.medium.unwatch(channel.radios[2]))
+    channel.env.run()
+    assert told == [(1000, True), (500_000 + AIR_NS, False)]
+
+
+def test_a_sleeping_radio_hears_nothing_and_its_crystal_start_has_an_account_of_its_own():
+    channel = Channel()
+    radio = channel.radios[2]
+    for time_ns, action in ((0, "sleep"), (4_000_000, "start"), (4_860_000, "wake")):
+        channel.at(time_ns, lambda action=action: getattr(channel.medium, action)(radio))
+    channel.frame(1000, 0, 2)
+    channel.frame(4_859_999, 1, 2)
+    channel.frame(9_000_000, 0, 2)
+    channel.env.run()
+    assert [what for *_, what in channel.reports] == ["missed", "missed", "received"]
+    listened = 9_000_000 - 4_860_000
+    assert channel.spent(2) == {
+        "sleep": 4_000_000, "start": 860_000, "listen": listened, "receive": AIR_NS
+    }  # fmt: skip

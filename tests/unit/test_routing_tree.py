@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wsnsim.net.channel.propagation import LogDistance, distances, range_m, received_dbm
+from wsnsim.net.channel.links import Links, links_between
+from wsnsim.net.channel.propagation import LogDistance, distances
 from wsnsim.net.routing.search import min_hop_tree
 from wsnsim.net.routing.tree import RoutingError, tree_from_parents
 
@@ -91,7 +92,7 @@ def test_nodes_out_of_reach_are_named_with_their_nearest_node_and_the_range():
 def test_a_link_must_work_both_ways():
     places = {"base": (0, 0, 0), "a": (1, 0, 0), "b": (2, 0, 0)}
     power = np.array([[0.0, -50.0, -50.0], [-50.0, 0.0, -60.0], [-99.0, -60.0, 0.0]])
-    assert min_hop_tree(places, "base", power, -90.0, 1.0).parent["b"] == "a"
+    assert min_hop_tree(places, "base", Links.from_matrix(power), -90.0, "of a kind").parent["b"] == "a"
 
 
 def test_the_base_must_be_a_node():
@@ -102,12 +103,14 @@ def test_the_base_must_be_a_node():
 def test_log_distance():
     model = LogDistance(exponent=2.0, reference_loss_db=40.0, reference_distance_m=2.0)
     places = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [20.0, 0.0, 0.0]])
-    assert model(places)[0, 1] == 40.0
-    assert model(places)[0, 2] == pytest.approx(60.0)
+    losses = model.loss_db(places, np.array([0, 0]), np.array([1, 2]))
+    assert losses[0] == 40.0
+    assert losses[1] == pytest.approx(60.0)
     assert distances(places)[1, 2] == pytest.approx(math.hypot(20, 1))
-    assert received_dbm(model, places, 5.0)[0, 2] == pytest.approx(-55.0)
-    assert np.all(np.isneginf(np.diag(received_dbm(model, places, 5.0))))
-    assert range_m(model, 60.0) == pytest.approx(20.0)
+    links = links_between(places, model, 5.0)
+    assert links.arriving_dbm(0, 2) == pytest.approx(-55.0)
+    assert links.arriving_dbm(0, 0) == -math.inf
+    assert model.reach_m(places, 60.0) == pytest.approx(20.0)
     for wrong in ({"exponent": 0.0}, {"reference_distance_m": -1.0}):
         with pytest.raises(ValueError, match=next(iter(wrong))):
             LogDistance(**wrong)

@@ -3,7 +3,7 @@
 # ruff: noqa: E501  (an error is one line, here as on the screen)
 
 import sys
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Annotated, Literal
 
 import pytest
@@ -57,7 +57,7 @@ def fakes(monkeypatch):
     monkeypatch.setitem(sys.modules, "wsnsim.vision.photos", photos)
     hardware = ModuleType("wsnsim.hardware.profiles")
     hardware.PLATFORMS = dict.fromkeys(["imote2_104", "imote2_416", "workstation"])
-    hardware.RADIOS = dict.fromkeys(["cc2420", "cc2538"])
+    hardware.RADIOS = dict.fromkeys(["cc2420", "cc2538"], SimpleNamespace(standard="ieee802154"))
     monkeypatch.setitem(sys.modules, "wsnsim.hardware.profiles", hardware)
 
 
@@ -170,9 +170,9 @@ seed: 4
         's.yaml:26:12: motes.nodes[2].id: must be a letter or _ and then letters, digits or _ . - only, got "3r"',
         "s.yaml:27:3: motes.base.position_m: must be given (where it stands [m])",
         's.yaml:27:14: motes.base.id: must be a name of its own, got "c3", which cameras[2].id has too',
-        's.yaml:28:21: network.standard: must be "ieee802154" or "ideal", got 802154',
+        's.yaml:28:21: network.standard: must be "ieee802154", "ieee80211b" or "ideal", got 802154',
         's.yaml:28:35: network.mac.quue: unknown key; did you mean "queue_frames"?',
-        's.yaml:28:56: network.collision: must be "sinr" or "destructive", got "off"',
+        's.yaml:28:56: network.collision: must be "sinr", "destructive" or "capture", got "off"',
         's.yaml:28:85: network.propagation.exponent: must be a number, got "yes"',
         "s.yaml:29:50: system.particles: must be at least 1, got 0",
         "s.yaml:29:53: system.gate.radius_m: must be given (how far [m])",
@@ -220,7 +220,7 @@ seed: 4
         (
             'system: {kind: "fake_tracker:SYSTEM"}',
             "system: {particles: 3}",
-            's.yaml:12:1: system.kind: must be given: "multiview", or your own "package.module:ATTRIBUTE"',
+            's.yaml:12:1: system.kind: must be given: "multiview" or "traffic", or your own "package.module:ATTRIBUTE"',
         ),
         (
             'system: {kind: "fake_tracker:SYSTEM"}',
@@ -230,13 +230,13 @@ seed: 4
         (
             'kind: "fake_tracker:SYSTEM"',
             "kind: multview",
-            's.yaml:12:16: system.kind: must be "multiview", or your own "package.module:ATTRIBUTE", '
+            's.yaml:12:16: system.kind: must be "multiview" or "traffic", or your own "package.module:ATTRIBUTE", '
             'got "multview"; did you mean "multiview"?',
         ),
         (
             '"fake_tracker:SYSTEM"',
             "3",
-            's.yaml:12:16: system.kind: must be "multiview", or your own "package.module:ATTRIBUTE", got 3',
+            's.yaml:12:16: system.kind: must be "multiview" or "traffic", or your own "package.module:ATTRIBUTE", got 3',
         ),
         (
             "fake_tracker:SYSTEM",

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from wsnsim.errors import ScenarioError
+from wsnsim.net.channel.links import links_between
 from wsnsim.records import FrameRow, MemorySink
 from wsnsim.rng import RandomStreams
 from wsnsim.scenario.load import load_scenario
@@ -153,9 +154,9 @@ def test_links_that_carry_nothing_are_refused_at_their_line(problems):
 
 def test_an_unknown_kind_and_missing_parents_are_told(loaded):
     for routing, words in (
-        ("{kind: etx}", 'must be "min_hop_tree", "etx_tree" or "tree", got "etx"; did you mean "etx_tree"?'),
+        ("{kind: etx}", '"etx_tree", "min_energy_tree" or "tree", got "etx"; did you mean "etx_tree"?'),
         ("{kind: tree}", "network.routing.parents: must be given (next node on the way to the base station"),
-        ("{kind: etx_tree, frame_bytes: 200}", "network.routing.frame_bytes: must be at most 127, got 200"),
+        ("{kind: etx_tree, frame_bytes: 200}", "frame_bytes: must be at most 127 in IEEE 802.15.4, got 200"),
         ("{kind: tree, parents: {c1: 3}}", "network.routing.parents.c1: must be text, got 3"),
     ):
         with pytest.raises(ScenarioError) as raised:
@@ -196,10 +197,10 @@ def test_nodes_out_of_reach_are_told_of_the_shadowing(loaded):
 
 
 def test_without_shadowing_the_path_loss_is_the_plain_one(loaded):
-    network = loaded("network.propagation={exponent: 2.5}").scenario.network
+    scenario = loaded("network.propagation={exponent: 2.5}").scenario
     places = {"a": (0.0, 0.0, 0.0), "b": (100.0, 0.0, 0.0)}
-    loss = node_propagation(network, places, RandomStreams(0))
-    assert loss(np.array(list(places.values())))[0, 1] == 40.05 + 50.0
+    loss = node_propagation(scenario, places, RandomStreams(0))
+    assert loss.loss_db(np.array(list(places.values())), np.array([0]), np.array([1])) == [40.05 + 50.0]
 
 
 def test_frames_arrive_with_the_shadowed_power(loaded):
@@ -209,12 +210,12 @@ def test_frames_arrive_with_the_shadowed_power(loaded):
     simulation, sink = build(scenario), MemorySink()
     simulation.run(sink)
     positions = simulation.positions
-    loss = node_propagation(scenario.scenario.network, positions, RandomStreams(scenario.scenario.seed))
-    power = -loss(np.array(list(positions.values())))
+    loss = node_propagation(scenario.scenario, positions, RandomStreams(scenario.scenario.seed))
+    links = links_between(np.array(list(positions.values())), loss, 0.0)
     at = {node: number for number, node in enumerate(positions)}
     frames = [row for row in sink.rows if isinstance(row, FrameRow)]
     assert {(row.sender, row.receiver) for row in frames} >= {("c1", "relay"), ("relay", "base")}
     for row in frames:
-        assert row.rssi_dbm == pytest.approx(power[at[row.sender], at[row.receiver]], abs=1e-9)
+        assert row.rssi_dbm == pytest.approx(links.arriving_dbm(at[row.sender], at[row.receiver]), abs=1e-9)
     differing = {row.rssi_dbm for row in frames}
     assert len(differing) >= 4

@@ -229,7 +229,8 @@ def test_mistakes_of_a_cell_stand_where_the_study_makes_them(tmp_path: Path) -> 
         'study.yaml:3:32: cameras: must have an item with the id "c3"; it has "c1" or "c2"',
         "study.yaml:5:26: duration_s: must be greater than 0, got -1 (cell size=-1)",
         'study.yaml:7:35: system.sdm: unknown key; did you mean "sd_m"? (cell odd)',
-        'study.yaml:7:56: network.standard: must be "ieee802154" or "ideal", got "wifi" (cell odd)',
+        'study.yaml:7:56: network.standard: must be "ieee802154", "ieee80211b" or "ideal", '
+        'got "wifi" (cell odd)',
     ]
 
 

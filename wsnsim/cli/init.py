@@ -10,6 +10,8 @@ import click
 from wsnsim.errors import OutputFolderError
 
 SCENARIO, SCHEMA = "scenario.yaml", "wsnsim.schema.json"
+_STARTERS = {"cameras": "scenario.yaml", "traffic": "traffic.yaml"}
+"""Files among the assets, by the name of the template."""
 _NAMED = "name: starter\n"
 _NAME = re.compile(r"\w[\w.-]*")
 _PLAIN = re.compile(r"[^\W\d][\w-]*")
@@ -17,7 +19,14 @@ _PLAIN = re.compile(r"[^\W\d][\w-]*")
 
 @click.command("init")
 @click.argument("folder", type=click.Path(path_type=Path, file_okay=False))
-def command(folder: Path) -> None:
+@click.option(
+    "--template",
+    type=click.Choice(list(_STARTERS)),
+    default="cameras",
+    show_default=True,
+    help="cameras: four that follow a target; traffic: a network without cameras.",
+)
+def command(folder: Path, template: str) -> None:
     """Make FOLDER with a commented scenario that runs, and its schema for editors.
 
     The scenario takes the folder's name. Files that are there already stay as
@@ -41,16 +50,16 @@ def command(folder: Path) -> None:
     except OSError as error:
         raise cannot_write(folder, error) from error
     write_text(folder / SCHEMA, schema_text())
-    write_text(folder / SCENARIO, _starter(name))
+    write_text(folder / SCENARIO, _starter(name, _STARTERS[template]))
     place = "" if folder.absolute() == Path.cwd() else f"cd {_quoted(folder)} && "
     click.echo(f"{folder / SCENARIO}: a scenario to change and run")
     click.echo(f"{folder / SCHEMA}: its schema; editors complete keys by it")
     click.echo(f"Next: {place}wsnsim run {SCENARIO}")
 
 
-def _starter(name: str) -> str:
-    """Return the starter under another name."""
-    text = (files("wsnsim.cli") / "assets" / SCENARIO).read_text("utf-8")
+def _starter(name: str, asset: str) -> str:
+    """Return a starter under another name."""
+    text = (files("wsnsim.cli") / "assets" / asset).read_text("utf-8")
     # names such as 12, null or 1.5 are text only in quotes
     plain = _PLAIN.fullmatch(name) and name.lower() not in ("null", "true", "false")
     return text.replace(_NAMED, f"name: {name if plain else json.dumps(name, ensure_ascii=False)}\n")

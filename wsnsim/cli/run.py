@@ -84,8 +84,11 @@ _SHOWN = (
     ("unmeasured_steps", "steps without a measurement", 1.0, ""),
     ("offered_bps", "offered load", 1e-3, "kbit/s"),
     ("delivery_ratio", "content that reached the base", 100.0, "%"),
+    ("throughput_bps", "throughput at the base", 1e-3, "kbit/s"),
+    ("mac_attempts_per_frame", "attempts a frame", 1.0, ""),
     ("heard_ratio", "answers heard of those asked", 100.0, "%"),
-    ("latency_p95_s", "95 % of estimates within", 1e3, "ms"),
+    ("latency_mean_s", "mean latency", 1e3, "ms"),
+    ("latency_p95_s", "95 % within", 1e3, "ms"),
     ("energy_per_step_j", "energy a step, all motes", 1e3, "mJ"),
 )
 
@@ -100,7 +103,7 @@ def _print(result: Run) -> None:
 
 def _warn(result: Run) -> None:
     """Say on stderr what a reader of the figures must know."""
-    if result.summary["unmeasured_steps"] == len(result.steps):
+    if len(result.steps) and result.summary["unmeasured_steps"] == len(result.steps):
         click.echo("Warning: nothing was measured; the errors are those of a prediction.", err=True)
     dead = list(result.nodes.dropna(subset=["died_at_s"])["node"])
     if dead:

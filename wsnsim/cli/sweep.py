@@ -146,16 +146,23 @@ _SHOWN = (
     ("mac_bytes_per_step", "B a step"),
     ("energy_per_step_j", "J a step"),
 )
+_OF_NETWORKS = (
+    ("delivery_ratio", "delivered"),
+    ("latency_mean_s", "delay [s]"),
+    ("energy_total_j", "J"),
+)
+"""What is shown where no cell tracks anything."""
 
 
 def _print(result: "Sweep") -> None:
     """Show one line for each cell."""
     names = [str(name) for name in result.cells["name"]]
     width = max(len("cell"), *(len(name) for name in names))
-    heads = "".join(f"{head:>24}" for _, head in _SHOWN)
+    shown = _OF_NETWORKS if result.cells["position_error_mean_m"].isna().all() else _SHOWN
+    heads = "".join(f"{head:>24}" for _, head in shown)
     click.echo(f"{'cell':<{width}}  {'runs':>5}  {'lost':>5}{heads}")
     for name, cell in zip(names, result.cells.to_dict("records"), strict=True):
-        figures = "".join(f"{_interval(cell, key):>24}" for key, _ in _SHOWN)
+        figures = "".join(f"{_interval(cell, key):>24}" for key, _ in shown)
         click.echo(f"{name:<{width}}  {cell['runs']:>5}  {cell['lost_runs']:>5}{figures}")
     click.echo(f"report: {result.folder}/report.html")
 

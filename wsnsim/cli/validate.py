@@ -68,6 +68,8 @@ def command(
         click.echo(json.dumps({"valid": False, "problems": problems}, indent=2))
         sys.exit(USAGE)
     page, figures, words = None, None, ""
+    if maps and not simulation.cameras:
+        raise click.UsageError("--maps needs cameras: it draws what they see; this scenario has none")
     if maps:
         page = out or Path(f"{loaded.scenario.name}-maps.html")
         figures, words = _draw(loaded, simulation, page, height_m)
@@ -78,10 +80,14 @@ def command(
         click.echo(json.dumps(document, indent=2, allow_nan=False))
     elif not quiet:
         depth = max(simulation.tree.depth.values())
+        seen = len(simulation.cameras)
+        cameras = f"{seen} cameras, " if seen else ""
+        length = (
+            f"{simulation.schedule.steps} tracking steps" if seen else f"{loaded.scenario.duration_s:g} s"
+        )
         click.echo(
-            f"{scenario}: fine. {len(simulation.cameras)} cameras, {len(simulation.nodes)} nodes, "
-            f"{depth} hop{'s' if depth > 1 else ''} to the base station at most, "
-            f"{simulation.schedule.steps} tracking steps."
+            f"{scenario}: fine. {cameras}{len(simulation.nodes)} nodes, "
+            f"{depth} hop{'s' if depth > 1 else ''} to the base station at most, {length}."
         )
         if maps:
             click.echo(f"{words}\nMaps: {page}")

@@ -7,7 +7,9 @@ losses (self-discharge, rate and temperature effects) and harvesting.
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 from wsnsim.errors import SimulationError
 from wsnsim.types import Nanoseconds, Seconds
@@ -19,6 +21,17 @@ _UNITS_PER_W = 10**18
 _UNITS_PER_J = _UNITS_PER_W * 10**9
 
 
+class StateTimes(Protocol):
+    """The times of a component that changes its state too often to tell of each change."""
+
+    @property
+    def state(self) -> str:
+        """The cause of what it draws now."""
+
+    def spent_ns(self, now_ns: Nanoseconds) -> Mapping[str, Nanoseconds]:
+        """Return the time spent in each state until now [ns]."""
+
+
 @dataclass
 class _Draw:
     """What a component is doing: its state since the ledger was last settled."""
@@ -27,12 +40,36 @@ class _Draw:
     power: int
 
 
+@dataclass
+class _Metered:
+    """A component whose times are asked for, and what was booked of them so far."""
+
+    times: StateTimes
+    powers: Mapping[str, int]
+    booked_ns: Mapping[str, Nanoseconds]
+    power: int
+    """What it drew when the ledger was last settled."""
+
+
+@dataclass(frozen=True)
+class _Share:
+    """What a component drew for one cause, and for how long, since the ledger was last settled."""
+
+    key: tuple[str, str]
+    drawn: int
+    spent_ns: Nanoseconds
+
+
 class EnergyLedger:
     """The energy account of one node.
 
     A component is in one state (a cause and a power) from one `enter` to the
-    next. A battery that empties stops the account at that instant by itself;
-    whatever a stopped node is told to do costs nothing.
+    next, or keeps the times of its states itself (`meter`) and is asked for
+    them. A battery that empties stops the account at that instant by itself;
+    whatever a stopped node is told to do costs nothing. Where a component is
+    asked for its times, the instant is exact if the account is looked at
+    within a nanosecond of it; else that component counts as if it had drawn
+    its mean power since the last look.
 
     Parameters
     ----------
@@ -48,7 +85,7 @@ class EnergyLedger:
         self._stopped = False
         self._emptied_at: Nanoseconds | None = None
         self._draws: dict[str, _Draw] = {}
-        self._power = 0
+        self._metered: dict[str, _Metered] = {}
         self._drawn = 0
         self._drawn_by: dict[tuple[str, str], int] = {}
         self._ns_by: dict[tuple[str, str], Nanoseconds] = {}
@@ -68,19 +105,39 @@ class EnergyLedger:
         SimulationError : time runs backwards
         ValueError : unknown component, or a power that is negative or not finite
         """
-        if component not in COMPONENTS:
-            raise ValueError(f"component must be one of {', '.join(COMPONENTS)}, got {component!r}")
-        if not (math.isfinite(power_w) and power_w >= 0):
-            raise ValueError(f"{component} {cause}: power must be a finite number >= 0, got {power_w} W")
+        _check(component, cause, power_w)
         self._settle(now_ns)
         if self._stopped:
             return
-        power = _exact(power_w, _UNITS_PER_W)
-        before = self._draws.get(component)
-        self._power += power - (before.power if before else 0)
-        self._draws[component] = _Draw(cause, power)
-        self._drawn_by.setdefault((component, cause), 0)
-        self._ns_by.setdefault((component, cause), 0)
+        self._draws[component] = _Draw(cause, _exact(power_w, _UNITS_PER_W))
+        self._open(component, cause)
+
+    def meter(
+        self, now_ns: Nanoseconds, component: str, times: StateTimes, powers_w: Mapping[str, float]
+    ) -> None:
+        """Ask a component for the times of its states from now on.
+
+        Parameters
+        ----------
+        now_ns : time on the event clock [ns]
+        component : one of `COMPONENTS`, of which nothing has been entered
+        times : what it keeps; what was spent before now is not booked
+        powers_w : all that it draws, by state [W]
+
+        Raises
+        ------
+        SimulationError : time runs backwards
+        ValueError : unknown component, or a power that is negative or not finite
+        """
+        for cause, power_w in powers_w.items():
+            _check(component, cause, power_w)
+        self._settle(now_ns)
+        if self._stopped:
+            return
+        powers = {cause: _exact(power_w, _UNITS_PER_W) for cause, power_w in powers_w.items()}
+        state = times.state
+        self._metered[component] = _Metered(times, powers, times.spent_ns(now_ns), powers[state])
+        self._open(component, state)
 
     def stop(self, now_ns: Nanoseconds) -> None:
         """Freeze the account: nothing is drawn from now on.
@@ -125,9 +182,15 @@ class EnergyLedger:
         """
         if self._emptied_at is not None:
             return self._emptied_at
-        if self._capacity is None or self._power == 0 or self._stopped:
+        if self._capacity is None or self._stopped:
             return None
-        return self._now + _ceil_div(self._capacity - self._drawn, self._power)
+        power = sum(draw.power for draw in self._draws.values())
+        power += sum(metered.power for metered in self._metered.values())
+        return None if power == 0 else self._now + _ceil_div(self._capacity - self._drawn, power)
+
+    def _open(self, component: str, cause: str) -> None:
+        self._drawn_by.setdefault((component, cause), 0)
+        self._ns_by.setdefault((component, cause), 0)
 
     def _settle(self, now_ns: Nanoseconds) -> None:
         """Book what was drawn since the last call, up to the battery's end."""
@@ -135,37 +198,78 @@ class EnergyLedger:
             raise SimulationError(
                 f"time must not run backwards, got {now_ns} ns after {self._now} ns", to_s(now_ns)
             )
-        elapsed = 0 if self._stopped else now_ns - self._now
-        self._now = now_ns
-        if elapsed == 0:
+        if self._stopped:
+            self._now = now_ns
             return
+        since_ns, self._now = self._now, now_ns
+        # A metered component may have changed its state since, though no time has passed.
+        shares = self._shares(now_ns, now_ns - since_ns)
+        if now_ns == since_ns:
+            return
+        drawn = sum(share.drawn for share in shares)
         left = None if self._capacity is None else self._capacity - self._drawn
-        if left is None or self._power * elapsed < left:
-            for component, draw in self._draws.items():
-                self._drawn_by[component, draw.cause] += draw.power * elapsed
-                self._ns_by[component, draw.cause] += elapsed
-            self._drawn += self._power * elapsed
-        else:
-            self._drain(left, elapsed, now_ns - elapsed)
+        if left is not None and drawn >= left:
+            lasted = _ceil_div(left * (now_ns - since_ns), drawn) if drawn else now_ns - since_ns
+            shares = _cut(shares, left, lasted, now_ns - since_ns)
+            drawn, self._emptied_at = left, since_ns + lasted
+        self._drawn += drawn
+        for share in shares:
+            self._open(*share.key)
+            self._drawn_by[share.key] += share.drawn
+            self._ns_by[share.key] += share.spent_ns
+        if self._emptied_at is not None:
+            self._freeze()
 
-    def _drain(self, left: int, elapsed: Nanoseconds, since_ns: Nanoseconds) -> None:
-        """Share out the battery's rest in proportion to the powers, to the last unit."""
-        lasted = _ceil_div(left, self._power) if self._power else elapsed
-        powers_so_far = shared = 0
-        for component, draw in self._draws.items():
-            powers_so_far += draw.power
-            upto = left * powers_so_far // self._power if self._power else 0
-            self._drawn_by[component, draw.cause] += upto - shared
-            self._ns_by[component, draw.cause] += lasted
-            shared = upto
-        self._drawn += shared
-        self._emptied_at = since_ns + lasted
-        self._freeze()
+    def _shares(self, now_ns: Nanoseconds, elapsed_ns: Nanoseconds) -> list[_Share]:
+        """Return what each component drew for each cause since the last call, and bring meters up to date."""
+        shares = [
+            _Share((component, draw.cause), draw.power * elapsed_ns, elapsed_ns)
+            for component, draw in self._draws.items()
+        ]
+        for component, metered in self._metered.items():
+            spent_ns, metered.power = metered.times.spent_ns(now_ns), metered.powers[metered.times.state]
+            for cause, until_ns in spent_ns.items():
+                newly_ns = until_ns - metered.booked_ns[cause]
+                if newly_ns:
+                    shares.append(_Share((component, cause), metered.powers[cause] * newly_ns, newly_ns))
+            metered.booked_ns = spent_ns
+        return shares
 
     def _freeze(self) -> None:
         self._stopped = True
         self._draws = {}
-        self._power = 0
+        self._metered = {}
+
+
+def _cut(shares: list[_Share], left: int, lasted_ns: Nanoseconds, elapsed_ns: Nanoseconds) -> list[_Share]:
+    """Share out a battery's rest in proportion to what was asked of it, to the last unit.
+
+    Parameters
+    ----------
+    left : in the battery, not more than was asked
+    lasted_ns : how long it lasted, of `elapsed_ns`
+    """
+    asked = sum(share.drawn for share in shares)
+    asked_so_far = shared = 0
+    spent_ns: dict[str, Nanoseconds] = {}
+    booked_ns: dict[str, Nanoseconds] = {}
+    cut = []
+    for share in shares:
+        asked_so_far += share.drawn
+        upto = left * asked_so_far // asked if asked else 0
+        component = share.key[0]
+        spent_ns[component] = spent_ns.get(component, 0) + share.spent_ns
+        until_ns = spent_ns[component] * lasted_ns // elapsed_ns
+        cut.append(_Share(share.key, upto - shared, until_ns - booked_ns.get(component, 0)))
+        booked_ns[component], shared = until_ns, upto
+    return cut
+
+
+def _check(component: str, cause: str, power_w: float) -> None:
+    if component not in COMPONENTS:
+        raise ValueError(f"component must be one of {', '.join(COMPONENTS)}, got {component!r}")
+    if not (math.isfinite(power_w) and power_w >= 0):
+        raise ValueError(f"{component} {cause}: power must be a finite number >= 0, got {power_w} W")
 
 
 def _exact(value: float, units: int) -> int:

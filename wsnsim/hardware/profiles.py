@@ -53,12 +53,21 @@ class Radio:
     name: str
     description: str
     source: str
+    standard: str
+    """Of the networks that it speaks in: `ieee802154` or `ieee80211b`."""
     supply_v: float
     sleep_w: float
     listen_w: float
     receive_w: float
     transmit_table_w: Mapping[float, float]
     """Electrical power [W] by output power [dBm]."""
+    crystal_w: float | None = None
+    """While the crystal starts [W]; None: as much as listening."""
+
+    @property
+    def start_w(self) -> float:
+        """Electrical power from being switched on until it can be used [W]."""
+        return self.listen_w if self.crystal_w is None else self.crystal_w
 
     def transmit_w(self, tx_power_dbm: float) -> float:
         """Return the electrical power while sending [W].
@@ -245,6 +254,8 @@ _CC2420_TX_A = {
     -15.0: 9.9e-3,
     -25.0: 8.5e-3,
 }
+_WAVELAN_V = 4.74
+_WIFI_NS3_V = 3.0
 
 _RADIOS = (
     Radio(
@@ -252,13 +263,45 @@ _RADIOS = (
         description="Chipcon CC2420, IEEE 802.15.4 at 2.4 GHz",
         source=(
             "CC2420 data sheet (SWRS041): current consumption and output power settings, at 3.0 V; "
-            "sleep is power-down with the regulator on, 20 uA"
+            "sleep is power-down with the regulator on, 20 uA; with the crystal on (idle) 426 uA"
         ),
+        standard="ieee802154",
         supply_v=_CC2420_V,
         sleep_w=20e-6 * _CC2420_V,
         listen_w=18.8e-3 * _CC2420_V,
         receive_w=18.8e-3 * _CC2420_V,
         transmit_table_w=MappingProxyType({dbm: amps * _CC2420_V for dbm, amps in _CC2420_TX_A.items()}),
+        crystal_w=426e-6 * _CC2420_V,
+    ),
+    Radio(
+        name="wavelan_silver",
+        description="Lucent WaveLAN PC card Silver, IEEE 802.11b",
+        source=(
+            "Feeney, Nilsson, INFOCOM 2001, table 1 (measured at 11 Mbit/s, 4.74 V): 10 mA asleep, 156 mA "
+            "idle, 190 mA receiving, 284 mA sending, quoted from memory; 15 dBm is the nominal output of "
+            "cards of its kind"
+        ),
+        standard="ieee80211b",
+        supply_v=_WAVELAN_V,
+        sleep_w=10e-3 * _WAVELAN_V,
+        listen_w=156e-3 * _WAVELAN_V,
+        receive_w=190e-3 * _WAVELAN_V,
+        transmit_table_w=MappingProxyType({15.0: 284e-3 * _WAVELAN_V}),
+    ),
+    Radio(
+        name="wifi_ns3",
+        description="The Wi-Fi card of ns-3's energy model",
+        source=(
+            "ns-3 3.37, WifiRadioEnergyModel, defaults: 380 mA sending, 313 mA receiving, 273 mA idle, 33 mA "
+            "asleep, at 3.0 V, whatever the output power; they go back to an 802.11n card (Halperin et al., "
+            "HotPower 2010)"
+        ),
+        standard="ieee80211b",
+        supply_v=_WIFI_NS3_V,
+        sleep_w=33e-3 * _WIFI_NS3_V,
+        listen_w=273e-3 * _WIFI_NS3_V,
+        receive_w=313e-3 * _WIFI_NS3_V,
+        transmit_table_w=MappingProxyType({20.0: 380e-3 * _WIFI_NS3_V}),
     ),
 )
 

@@ -27,6 +27,7 @@ _RADIO_COLUMN = {
     "transmit": "energy_radio_tx_j",
     "receive": "energy_radio_rx_j",
     "listen": "energy_radio_listen_j",
+    "start": "energy_radio_listen_j",
     "sleep": "energy_radio_sleep_j",
 }
 

@@ -10,7 +10,8 @@ def latency(steps: pd.DataFrame) -> Figures:
     """Return percentiles of the estimates' latency, and counts of the (step, target) pairs without one.
 
     - `latency_p50_s`, `latency_p95_s`, `latency_p99_s`: of the estimates made from measurements;
-      a prediction is there at once and says nothing of how long measuring takes.
+      a prediction is there at once and says nothing of how long measuring takes. Beside them
+      `latency_mean_s` and `latency_max_s` of the same.
     - `missed_deadlines`: cameras were asked and none was heard in time, or
       there is no estimate at all.
     - `unmeasured_steps`: no measurement, for whatever reason.
@@ -23,6 +24,8 @@ def latency(steps: pd.DataFrame) -> Figures:
     kind = steps["kind"]
     waited = steps.loc[kind == "update", "latency_s"].to_numpy(np.float64)
     return {
+        "latency_mean_s": float(waited.mean()) if waited.size else None,
+        "latency_max_s": float(waited.max()) if waited.size else None,
         "latency_p50_s": float(np.percentile(waited, 50)) if waited.size else None,
         "latency_p95_s": float(np.percentile(waited, 95)) if waited.size else None,
         "latency_p99_s": float(np.percentile(waited, 99)) if waited.size else None,

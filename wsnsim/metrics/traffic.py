@@ -15,11 +15,12 @@ def traffic(
     steps: int,
     step_s: Seconds,
     simulated_s: Seconds,
+    active_s: Seconds | None = None,
 ) -> Figures:
     """Return the load and what became of it.
 
     - `offered_bps`: application bits handed to the network, over the time in
-      which frames are taken; a message to many receivers counts once, and one
+      which frames are taken, or messages made; a message to many receivers counts once, and one
       that climbs hop by hop, as messages that are fused on their way do, at each.
     - `delivery_ratio`: of the messages on the way up (to the base station, or
       to the sender's parent), the share whose content arrived before the run
@@ -30,6 +31,8 @@ def traffic(
     - `bandwidth_peak_bps`: the same between the two consecutive rows of `load`
       where it is highest.
     - `base_ingress_bytes_per_step`: application bytes that arrived at the base.
+    - `control_share`: of the bytes of all MAC frames sent, those of the routing
+      protocol; only where it said anything.
 
     Parameters
     ----------
@@ -38,6 +41,7 @@ def traffic(
     steps : tracking steps in the run
     step_s : time from one step to the next [s]
     simulated_s : time from the beginning to the end of the run [s]
+    active_s : time in which messages are made [s]; None: `steps` times `step_s`
     """
     arrived = content_arrived(messages)
     to_base = messages["destination"] == base
@@ -46,9 +50,9 @@ def traffic(
     app_bytes = int(nodes["app_tx_bytes"].sum())
     mac_bytes = int(nodes["mac_tx_bytes"].sum())
     ingress = int(messages.loc[arrived & to_base, "bytes"].sum())
-    frames_s = steps * step_s
+    active_s = steps * step_s if active_s is None else active_s
     return {
-        "offered_bps": 8 * offered_bytes / frames_s if frames_s > 0 else None,
+        "offered_bps": 8 * offered_bytes / active_s if active_s > 0 else None,
         "delivery_ratio": float(arrived[up].mean()) if up.any() else None,
         "delivery_ratio_down": float(arrived[~up].mean()) if not up.all() else None,
         "app_bytes_per_step": app_bytes / steps if steps else None,
@@ -56,6 +60,7 @@ def traffic(
         "bandwidth_mean_bps": 8 * mac_bytes / simulated_s if simulated_s > 0 else None,
         "bandwidth_peak_bps": _peak_bps(load),
         "base_ingress_bytes_per_step": ingress / steps if steps else None,
+        **_control(nodes),
     }
 
 
@@ -88,6 +93,12 @@ def last_messages(messages: pd.DataFrame) -> "pd.Series[int]":
     for message, into in fused.sort_values("message", ascending=False).itertuples(index=False):
         last[message] = last.get(int(into), int(into))
     return messages["message"].map(lambda message: last.get(message, message))
+
+
+def _control(nodes: pd.DataFrame) -> Figures:
+    """Return the routing protocol's share; nothing in runs without one, or recorded before there was any."""
+    control_bytes = int(nodes["control_tx_bytes"].sum()) if "control_tx_bytes" in nodes else 0
+    return {"control_share": control_bytes / int(nodes["mac_tx_bytes"].sum())} if control_bytes else {}
 
 
 def _peak_bps(load: pd.DataFrame) -> float | None:

@@ -7,38 +7,37 @@ anything begins at it.
 """
 
 from collections.abc import Callable
-from typing import cast
+from typing import Any
 
-from simpy import Environment, Event
+from simpy import Environment
 from simpy.events import NORMAL, URGENT
 
 from wsnsim.types import Nanoseconds
 
 
-class Call(Event):
-    """One action that is going to happen, unless it is cancelled."""
+def _run(call: "Call") -> None:
+    action, call.action = call.action, None
+    if action is not None:
+        action()
 
-    def __init__(
-        self, env: Environment, delay_ns: Nanoseconds, action: Callable[[], None], first: bool
-    ) -> None:
-        super().__init__(env)
-        self._ok = True
-        self._value = None
-        self._action: Callable[[], None] | None = action
-        self.callbacks.append(Call._run)
-        env.schedule(self, URGENT if first else NORMAL, delay_ns)
+
+class Call:
+    """One action that is going to happen, unless it is cancelled.
+
+    It is an event with no more than what SimPy's loop asks of one: who is to be
+    called back, and that it has not failed. Nothing can wait for it.
+    """
+
+    __slots__ = ("action", "callbacks")
+    _ok = True
+
+    def __init__(self, action: Callable[[], None]) -> None:
+        self.action: Callable[[], None] | None = action
+        self.callbacks = (_run,)
 
     def cancel(self) -> None:
         """Make the action never happen; harmless once it has."""
-        self._action = None
-
-    @staticmethod
-    def _run(event: Event) -> None:
-        call = cast(Call, event)
-        action = call._action
-        call._action = None
-        if action is not None:
-            action()
+        self.action = None
 
 
 class Clock:
@@ -50,13 +49,17 @@ class Clock:
     """
 
     def __init__(self, env: Environment) -> None:
-        self._env = env
+        # SimPy's types know neither integer times nor the bare events of this module.
+        self._env: Any = env
 
     @property
     def now(self) -> Nanoseconds:
         """The current time [ns]."""
-        return cast(int, self._env.now)
+        now: Nanoseconds = self._env.now
+        return now
 
     def call(self, delay_ns: Nanoseconds, action: Callable[[], None], *, first: bool = False) -> Call:
         """Run `action` in `delay_ns` [ns] and return the handle that can cancel it."""
-        return Call(self._env, delay_ns, action, first)
+        call = Call(action)
+        self._env.schedule(call, URGENT if first else NORMAL, delay_ns)
+        return call

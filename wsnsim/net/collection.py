@@ -36,7 +36,7 @@ def leads_s(tree: Tree, hop_s: Mapping[NodeId, Seconds]) -> dict[NodeId, Seconds
     for node in tree.descendants(tree.root):
         parent = tree.parent[node]
         assert parent is not None
-        leads[node] = leads[parent] + hop_s[node]
+        leads[node] = leads[parent] + (0.0 if node in tree.wired else hop_s[node])
     return leads
 
 

@@ -3,11 +3,15 @@
 Those of a medium access stand beside it in `wsnsim.net.mac`.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-CollisionModel: TypeAlias = Literal["sinr", "destructive"]
+from wsnsim.types import NodeId
+
+CollisionModel: TypeAlias = Literal["sinr", "destructive", "capture"]
 CcaModel: TypeAlias = Literal["whole_window", "end_of_window"]
+QueuePolicy: TypeAlias = Literal["drop_newest", "drop_oldest", "drop_random"]
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,12 @@ class RadioConfig:
     `end_of_window`: only what is there at the end or begins inside counts, as in ns-3 and INET."""
     collision: CollisionModel = "sinr"
     """`sinr`: bits fail by the SINR at each instant. `destructive`: any overlap with a frame above the
-    sensitivity is fatal."""
+    sensitivity is fatal. `capture`: fatal unless the frame is `capture_db` stronger than all others
+    together; and a frame that much stronger takes over a receiver that is still at the preamble of
+    another."""
+    capture_db: float = 3.0
+    """How much stronger than all others a frame must be to survive them in mode `capture` [dB] (CC2420:
+    co-channel rejection -3 dB)."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +62,9 @@ class LinkConfig:
     """Frames that a node holds for sending, the one on the air included."""
     outbox_datagrams: int = 8
     """Datagrams of its own that a node holds until their fragments are in the queue."""
+    queue_policy: QueuePolicy = "drop_newest"
+    """What is lost where queue or outbox is full: the newcomer, what has waited longest, or one of all at
+    random; never what the MAC has in hand."""
     reassembly_timeout_s: float = 10.0
     """How long fragments wait for the others of their datagram [s]; RFC 4944, sec. 5.3, allows up to 60."""
 
@@ -64,6 +76,14 @@ class LinkConfig:
             raise ValueError(f"reassembly_timeout_s: must be positive, got {self.reassembly_timeout_s} [s]")
         if self.mesh_header_bytes not in (0, 5):
             raise ValueError(f"mesh_header_bytes: must be 0 or 5, got {self.mesh_header_bytes}")
+
+
+@dataclass(frozen=True)
+class Draw:
+    """What a radio draws that somebody has to save; zeros on mains."""
+
+    transmit_w: float
+    receive_w: float
 
 
 @dataclass(frozen=True)
@@ -80,6 +100,10 @@ class RouteConfig:
     tree by ETX the chance that a frame of `etx_frame_bytes` is acknowledged."""
     etx_frame_bytes: int | None = None
     """Length of the frames by which the ETX of a link is measured [B]; None for a tree of fewest hops."""
+    draws: Mapping[NodeId, Draw] | None = None
+    """What all nodes' radios draw, for a tree of least energy; it needs `etx_frame_bytes`."""
+    sinks: tuple[NodeId, ...] = ()
+    """Nodes beside the base station at which ways may end."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.link_success_min < 1.0:

@@ -93,6 +93,30 @@ def fragment_count(data_bytes: int, room_bytes: int) -> int:
     return 1 + -(-(data_bytes - first) // later)
 
 
+def data_within(air_bytes: int, room_bytes: int, overhead_bytes: int) -> int:
+    """Return a length that a datagram may have for all its frames to take no more than `air_bytes` [B].
+
+    Parameters
+    ----------
+    air_bytes : for all frames, each sent once [B]
+    room_bytes : what one frame has left for a fragment, header included [B]
+    overhead_bytes : what a frame has beside that [B]
+    """
+    if air_bytes <= room_bytes + overhead_bytes:
+        return max(0, air_bytes - overhead_bytes)
+    whole, spare = divmod(air_bytes, room_bytes + overhead_bytes)
+
+    def carried(wide: bool) -> int:
+        first, later = _capacities(MAX_NARROW_BYTES + wide, room_bytes)
+        header = _HEADERS[_WIDE_LATER if wide else _LATER].size
+        return first + (whole - 1) * later + min(later, max(0, spare - overhead_bytes - header))
+
+    narrow = carried(wide=False)
+    if narrow <= MAX_NARROW_BYTES:
+        return max(room_bytes, narrow)
+    return min(MAX_DATAGRAM_BYTES, max(MAX_NARROW_BYTES, carried(wide=True)))
+
+
 def fragment(data: bytes, tag: int, room_bytes: int) -> list[bytes]:
     """Cut a datagram into what single frames carry.
 

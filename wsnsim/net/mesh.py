@@ -3,7 +3,7 @@
 References
 ----------
 RFC 4944, sec. 5.2 and fig. 3 (16-bit addresses: 5 B; 6 B with Deep Hops Left,
-from 15 hops on).
+from 15 hops on); sec. 9 and 12 (multicast and unicast short addresses).
 """
 
 from dataclasses import dataclass
@@ -16,6 +16,11 @@ DEEP_MESH_BYTES = 6
 MAX_SHALLOW_HOPS = 14
 """Hops that fit the four bits of the short form; 15 announces the deep one."""
 MAX_HOPS = 255
+ALL_NEIGHBOURS = 0x8001
+"""Everybody in radio reach, and nobody beyond: the multicast address of all nodes on the link (ff02::1; RFC
+4944, sec. 9). Unicast addresses begin with a 0 bit (sec. 12)."""
+MAX_UNICAST = 0x8000
+"""Short addresses that are no multicast addresses."""
 
 _DISPATCH = 0b1011_0000
 """`10` for mesh, then V = F = 1: both addresses are short."""
@@ -48,6 +53,11 @@ class MeshHeader:
     def after_hop(self) -> "MeshHeader":
         """Return the header as a relay sends it on."""
         return MeshHeader(self.hops_left - 1, self.origin, self.final)
+
+
+def mesh_bytes(hops: int) -> int:
+    """Return how long the header is that allows so many hops [B]."""
+    return MESH_BYTES if hops <= MAX_SHALLOW_HOPS else DEEP_MESH_BYTES
 
 
 def decode_mesh(packet: bytes) -> tuple[MeshHeader, bytes]:

@@ -1,6 +1,7 @@
 """The figure by node: bandwidth on the left, energy by cause on the right."""
 
 from html import escape
+from typing import TYPE_CHECKING
 
 import plotly.graph_objects as go
 
@@ -9,14 +10,28 @@ from wsnsim.report.charts import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILL
 from wsnsim.report.context import ReportContext
 from wsnsim.report.glossary import ENERGY_CAUSES
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 _CAUSE_COLOURS = dict(
     zip(ENERGY_COLUMNS, (VERMILLION, ORANGE, SKY, "#9fb4c4", PURPLE, GREEN, GREY), strict=True)
 )
 
 
+MOST_NODES = 60
+"""Nodes that are shown at most."""
+
+
+def _loudest(nodes: "pd.DataFrame") -> "pd.DataFrame":
+    """Return all nodes in their order, or of many those that sent most."""
+    if len(nodes) <= MOST_NODES:
+        return nodes
+    return nodes.loc[nodes["mac_tx_bytes"].nlargest(MOST_NODES).index.sort_values()]
+
+
 def bandwidth_figure(context: ReportContext) -> go.Figure:
     """Return what each node's program offered and what its radio sent [kbit/s]."""
-    nodes = context.tables["nodes"]
+    nodes = _loudest(context.tables["nodes"])
     seconds = float(context.summary["simulated_s"] or 1.0)
     names = [escape(str(name)) for name in nodes["node"]]
     chart = _bars("kbit/s", len(names), names)
@@ -38,7 +53,7 @@ def bandwidth_figure(context: ReportContext) -> go.Figure:
 
 def energy_figure(context: ReportContext) -> go.Figure:
     """Return what each mote drew, stacked by cause [J]; the base station is left out."""
-    nodes = context.tables["nodes"]
+    nodes = _loudest(context.tables["nodes"])
     motes = nodes[nodes["role"] != "base"]
     names = [escape(str(name)) for name in motes["node"]]
     chart = _bars("J", len(names), names)

@@ -23,7 +23,7 @@ class ReportContext:
     system : the tracking system, as a person would call it
     citation : where it was published
     standard : the network's, as a person would call it: ``IEEE 802.15.4``
-    size_m : of the world along x, y and z [m]
+    size_m : of the world along x, y and z [m]; None where there is none but the nodes
     cameras : by the node that carries each
     tables : `steps` and the record tables by name
     summary : the figures of summary.json
@@ -40,7 +40,7 @@ class ReportContext:
     system: str
     citation: str
     standard: str
-    size_m: tuple[float, float, float]
+    size_m: tuple[float, float, float] | None
     cameras: Mapping[NodeId, PinholeCamera]
     tables: "Mapping[str, pd.DataFrame]"
     summary: Mapping[str, float | int | None]

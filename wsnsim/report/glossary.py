@@ -12,12 +12,16 @@ OUTCOMES: Mapping[str, str] = {
     "dropped_not_heard": "lost: a broadcast was not heard",
     "dropped_reassembly": "lost: a fragment was missing",
     "dropped_expired": "too late to be of use",
+    "dropped_budget": "lost: beyond a mote's bandwidth budget",
     "dropped_dead_node": "lost: a node on the way had stopped",
+    "dropped_no_route": "lost: a node on the way knew no way on",
+    "dropped_hop_limit": "lost: it had taken all the hops that it may",
     "dropped_undecodable": "lost: arrived, but could not be decoded",
     "dropped_refused": "set aside by a relay's program",
 }
 
 MESSAGES: Mapping[str, str] = {
+    "packet": "bytes that only fill the air",
     "state": "the prediction that cameras work from",
     "weights": "how well each particle fits an image",
     "mixture": "where the target may be, as a few Gaussians",
@@ -30,6 +34,8 @@ MESSAGES: Mapping[str, str] = {
 
 EVENTS: Mapping[str, str] = {
     "death": "nodes that stopped for good because their battery was empty",
+    "budget_reached": "motes whose bandwidth budget held a frame up, the first time of each",
+    "budget_silent": "answers that no form was short enough for, within the mote's bandwidth budget",
     "frame_skipped": "images that were not taken because the processor or the imager was still busy",
     "frame_unused": "images that no state arrived for, or that the base station passed over",
     "track_lost": "tracks that the tracker gave up",
@@ -73,7 +79,13 @@ ENERGY_USES: Mapping[str, str] = {
     "energy_board_j": "the rest of its board",
 }
 
-ROLES: Mapping[str, str] = {"camera": "camera", "relay": "relay", "base": "base station"}
+ROLES: Mapping[str, str] = {
+    "camera": "camera",
+    "relay": "relay",
+    "mote": "mote",
+    "sink": "sink",
+    "base": "base station",
+}
 
 
 def explained(words: Mapping[str, str], name: str) -> str:

@@ -1,8 +1,10 @@
 """The figures of summary.json with a label, a fitting unit and a meaning."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from wsnsim.metrics.figures import DROPPED
+from wsnsim.report.glossary import OUTCOMES, explained
 from wsnsim.report.wording import count, duration, length, number, percent, quantity, with_unit
 
 
@@ -165,6 +167,49 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
         duration,
     ),
     KeyFigure(
+        "throughput_bps",
+        "Throughput",
+        "application data that arrived at the base station, over the time in which messages are made",
+        _of("bit/s"),
+    ),
+    KeyFigure("generated", "Messages made", "counted once for each receiver", count),
+    KeyFigure("delivered", "Messages delivered", "those of them that arrived by themselves", count),
+    KeyFigure("fused", "Messages fused", "those of them that went on in another message", count),
+    KeyFigure(
+        "in_flight", "Messages on their way", "those of them still queued or on the air at the end", count
+    ),
+    *(
+        KeyFigure(
+            outcome,
+            f"Messages dropped: {outcome.removeprefix('dropped_').replace('_', ' ')}",
+            explained(OUTCOMES, outcome).removeprefix("lost: "),
+            count,
+        )
+        for outcome in DROPPED
+    ),
+    KeyFigure("mac_frames_tx", "Frames on the air", "data, repeats and acknowledgements of all nodes", count),
+    KeyFigure("mac_frames_retried", "Frames repeated", "those of them that repeat one", count),
+    KeyFigure(
+        "mac_attempts_per_frame",
+        "Attempts a frame",
+        "how often a frame that asks for an acknowledgement was sent, on average",
+        number,
+    ),
+    KeyFigure("attempt_failure_ratio", "Attempts that failed", "share that was not acknowledged", percent),
+    KeyFigure(
+        "cca_busy_ratio", "Channel found busy", "share of the looks at the channel before sending", percent
+    ),
+    KeyFigure(
+        "budget_waited_s", "Waited for budgets", "frames of all nodes, for their bandwidth budgets", duration
+    ),
+    KeyFigure(
+        "latency_mean_s",
+        "Mean latency",
+        "from the sampling instant to the estimate, where it rests on a measurement",
+        duration,
+    ),
+    KeyFigure("latency_max_s", "Longest latency", "of all such estimates", duration),
+    KeyFigure(
         "energy_per_step_j",
         "Energy a step",
         "drawn by all motes; the base station is not counted",
@@ -226,9 +271,35 @@ def key_rows(summary: Mapping[str, float | int | None], main: bool) -> list[tupl
     died = summary.get("lifetime_first_death_s") is not None
     return [
         (figure.label, figure.show(summary[figure.key]), figure.meaning, figure.key)
-        for figure in (_after_a_death() if died else KEY_FIGURES)
+        for figure in _of_packets(_after_a_death() if died else KEY_FIGURES, tracking="steps" in summary)
         if figure.main == main and figure.key in summary
     ]
+
+
+def _of_packets(figures: Sequence[KeyFigure], tracking: bool) -> list[KeyFigure]:
+    """Return the figures in the words of a run without cameras, unless it is one with them."""
+    if tracking:
+        return list(figures)
+    return [
+        replace(figure, meaning=_PACKETS[figure.key], main=True) if figure.key in _PACKETS else figure
+        for figure in figures
+    ]
+
+
+_PACKETS = {
+    "latency_mean_s": "from the making of a message to its arrival, queues included",
+    "latency_p50_s": "half of the messages took no longer",
+    "latency_p95_s": "one message in twenty took longer",
+    "latency_p99_s": "one message in a hundred took longer",
+    "latency_max_s": "no message took longer",
+    "offered_bps": "application data handed to the network, over the time in which messages are made",
+    "throughput_bps": "application data that arrived at the base station, over the same time",
+    "mac_frames_tx": "data, repeats and acknowledgements of all nodes",
+    "mac_attempts_per_frame": "how often a frame that asks for an acknowledgement was sent, on average",
+    "attempt_failure_ratio": "share that was not acknowledged",
+    "cca_busy_ratio": "share of the looks at the channel before sending",
+}
+"""What figures mean in a run without cameras, those of its short table among them."""
 
 
 def _after_a_death() -> list[KeyFigure]:

@@ -10,6 +10,9 @@ from wsnsim.report.context import ReportContext
 from wsnsim.report.wording import duration
 from wsnsim.types import FloatArray
 
+_MOST_CURVES = 6
+"""Numbers of hops that have a curve of their own."""
+
 _MOST_POINTS = 500
 """Corners of a drawn curve; those of longer runs are thinned."""
 
@@ -20,12 +23,8 @@ def latency_figure(context: ReportContext) -> go.Figure | None:
     measured = steps[(steps["kind"] == "update") & steps["latency_s"].notna()]
     if measured.empty:
         return None
-    chart = figure(
-        height=300,
-        xaxis=axis("time from the images to the estimate [ms]", rangemode="tozero"),
-        yaxis=axis("estimates that are there [%]", range=[0, 104], tickvals=[0, 25, 50, 75, 100]),
-    )
     waited_ms = 1e3 * measured["latency_s"].to_numpy(np.float64)
+    chart = _empty("time from the images to the estimate [ms]", "estimates that are there [%]")
     _add_curve(chart, waited_ms, "all targets", BLUE)
     targets = list(dict.fromkeys(steps["target"]))
     if len(targets) > 1:
@@ -35,6 +34,40 @@ def latency_figure(context: ReportContext) -> go.Figure | None:
                 colour = target_style(number, len(targets)).estimate
                 _add_curve(chart, own_ms, escape(str(target)), colour, width=1.2)
     chart.update_layout(showlegend=len(targets) > 1)
+    _mark(chart, waited_ms)
+    return chart
+
+
+def delay_figure(context: ReportContext) -> go.Figure | None:
+    """Return the distribution function of the delay of packets, by hops; None where none arrived."""
+    messages = context.tables["messages"]
+    arrived = messages[messages["outcome"] == "delivered"]
+    if arrived.empty:
+        return None
+    took_ms = 1e3 * (arrived["delivered_s"] - arrived["created_s"]).to_numpy(np.float64)
+    chart = _empty("time from a packet's making to its arrival [ms]", "packets that are there [%]")
+    _add_curve(chart, took_ms, "all packets", BLUE)
+    hops = arrived["hops"].to_numpy(np.int64)
+    ways = np.unique(hops)
+    for number, way in enumerate(ways[:_MOST_CURVES] if len(ways) > 1 else ()):
+        name = f"{way} hop{'s' if way > 1 else ''}"
+        colour = target_style(number, _MOST_CURVES).estimate
+        _add_curve(chart, took_ms[hops == way], name, colour, width=1.2)
+    chart.update_layout(showlegend=len(ways) > 1)
+    _mark(chart, took_ms)
+    return chart
+
+
+def _empty(time: str, share: str) -> go.Figure:
+    return figure(
+        height=300,
+        xaxis=axis(time, rangemode="tozero"),
+        yaxis=axis(share, range=[0, 104], tickvals=[0, 25, 50, 75, 100]),
+    )
+
+
+def _mark(chart: go.Figure, waited_ms: FloatArray) -> None:
+    """Mark the median and the 95th percentile."""
     for percent in (50, 95):
         value_ms = float(np.percentile(waited_ms, percent))
         chart.add_scatter(
@@ -48,7 +81,6 @@ def latency_figure(context: ReportContext) -> go.Figure | None:
             showlegend=False,
             hoverinfo="skip",
         )
-    return chart
 
 
 def _add_curve(chart: go.Figure, values_ms: FloatArray, name: str, colour: str, width: float = 2.2) -> None:

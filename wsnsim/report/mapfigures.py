@@ -96,7 +96,7 @@ def links_figure(links: Links, reach: Reach, world: World) -> go.Figure:
     rows, columns = _pointed(reach.grid)
     margins, best = reach.margin_db[rows, columns], reach.best[rows, columns]
     told = [
-        f"{_decibels(margin)} to {escape(links.nodes[node])}"
+        f"{_decibels(margin)} to {escape(links.nodes[node])}" if np.isfinite(margin) else "not known"
         for margin, node in zip(margins.tolist(), best.tolist(), strict=True)
     ]
     _add_pointer(chart, reach.grid, [f"another mote here: {words}" for words in told])

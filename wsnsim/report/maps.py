@@ -96,14 +96,19 @@ def map_figures(maps: Maps) -> dict[str, object]:
                 "one": links.nodes[one],
                 "other": links.nodes[other],
                 "distance_m": float(links.distance_m[one, other]),
-                "power_there_dbm": float(links.power_dbm[one, other]),
-                "power_back_dbm": float(links.power_dbm[other, one]),
-                "margin_db": float(links.margin_db[one, other]),
+                "power_there_dbm": _finite(links.power_dbm[one, other]),
+                "power_back_dbm": _finite(links.power_dbm[other, one]),
+                "margin_db": _finite(links.margin_db[one, other]),
                 "in_tree": links.in_tree(links.nodes[one], links.nodes[other]),
             }
             for one, other in zip(*(at.tolist() for at in np.triu_indices(len(links.nodes), 1)), strict=True)
         ],
     }
+
+
+def _finite(value: float) -> float | None:
+    """Return a number that JSON can hold, or nothing: where a file of links has none between two nodes."""
+    return float(value) if np.isfinite(value) else None
 
 
 def seen_words(coverage: Coverage) -> str:
@@ -168,6 +173,8 @@ def _links_words(context: MapsContext) -> str:
 
 
 def _reach_words(reach: Reach) -> str:
+    if np.isneginf(reach.margin_db).all():
+        return "Links come from a file, which says nothing of those that one more mote would have."
     beyond = float((reach.margin_db < 0.0).mean())
     bare = "Another mote would have a usable link anywhere on this map."
     if beyond > 0.0:

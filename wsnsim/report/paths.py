@@ -51,9 +51,9 @@ def paths_figure(context: ReportContext) -> go.Figure:
         chart.update_layout(
             updatemenus=[_buttons(view, whole_view(context))], xaxis_title_standoff=_ABOVE_TITLE_PX
         )
-    _add_world(chart, context)
-    _add_scenery(chart, context)
-    _add_tree(chart, context.tables["nodes"])
+    add_world(chart, context)
+    add_scenery(chart, context)
+    add_tree(chart, context.tables["nodes"])
     _add_cameras(chart, context, _SIGHT_OF_VIEW * view.longer_m)
     steps, truth = context.tables["steps"], context.tables["truth"]
     targets = list(dict.fromkeys(steps["target"]))
@@ -108,7 +108,10 @@ def _buttons(world: View, whole: View) -> dict[str, Any]:
     }
 
 
-def _add_world(chart: go.Figure, context: ReportContext) -> None:
+def add_world(chart: go.Figure, context: ReportContext) -> None:
+    """Add the edge of the world, where there is one."""
+    if context.size_m is None:
+        return
     width, depth, _ = context.size_m
     chart.add_scatter(
         x=short([0, width, width, 0, 0]),
@@ -121,7 +124,7 @@ def _add_world(chart: go.Figure, context: ReportContext) -> None:
     )
 
 
-def _add_scenery(chart: go.Figure, context: ReportContext) -> None:
+def add_scenery(chart: go.Figure, context: ReportContext) -> None:
     """Add what may hide a target: things by their footprints, people by their ways."""
     outlines = [footprint(placed.body, placed.pose) for placed in context.scenery]
     for ways, name, look in (
@@ -249,7 +252,8 @@ def _patches(true: FloatArray, believed: FloatArray) -> tuple[list[float | None]
     return _strung([corners for corners in patches if np.isfinite(corners).all()])
 
 
-def _add_tree(chart: go.Figure, nodes: pd.DataFrame) -> None:
+def add_tree(chart: go.Figure, nodes: pd.DataFrame) -> None:
+    """Add the way of messages from each node to the next."""
     places = {row["node"]: (row["x_m"], row["y_m"]) for row in nodes.to_dict("records")}
     links = [
         np.array([places[row["node"]], places[row["parent"]]])

@@ -9,6 +9,22 @@ from wsnsim.report.wording import count, duration, listed, percent, quantity
 
 Row = tuple[str, ...]
 
+NODE_HEADS = (
+    "node",
+    "role",
+    "next hop (hops)",
+    "application data sent",
+    "data on the air",
+    "frames sent",
+    "of them repeats",
+    "frames given up",
+    "images taken / skipped",
+    "processor busy",
+    "energy",
+    "battery left",
+    "stopped at",
+)
+
 
 def message_rows(context: ReportContext) -> list[Row]:
     """Return a row for each kind of message and what became of it.

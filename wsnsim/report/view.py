@@ -63,6 +63,12 @@ def world_view(context: ReportContext) -> View:
     return _round(_core(context))
 
 
+def nodes_view(context: ReportContext) -> View:
+    """Return all nodes, and the world where there is one, with a margin."""
+    corners = [] if context.size_m is None else [[0.0, 0.0], list(context.size_m[:2])]
+    return _round(np.vstack([_nodes(context), np.array(corners, dtype=np.float64).reshape(-1, 2)]))
+
+
 def whole_view(context: ReportContext) -> View:
     """Return all of that, all nodes and all estimates, with a margin."""
     return _round(np.vstack([_core(context), _nodes(context), _columns(context, "estimate")]))
@@ -79,7 +85,7 @@ def outside(context: ReportContext) -> Outside:
 
 
 def _core(context: ReportContext) -> FloatArray:
-    corners = np.array([[0.0, 0.0], context.size_m[:2]])
+    corners = np.zeros((1, 2)) if context.size_m is None else np.array([[0.0, 0.0], context.size_m[:2]])
     cameras = np.array([camera.position[:2] for camera in context.cameras.values()]).reshape(-1, 2)
     return np.vstack([corners, cameras, _columns(context, "truth")])
 

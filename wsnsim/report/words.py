@@ -18,7 +18,7 @@ def verdicts(context: ReportContext) -> list[str]:
         *network,
         *hearing_verdict(context, radio_is_told=bool(network)),
         *_skipped_images(context),
-        *_deaths(context),
+        *death_words(context),
     ]
 
 
@@ -39,7 +39,7 @@ def service(context: ReportContext) -> str:
             f"An estimate from measurements was there {duration(figures['latency_p50_s'])} after its images "
             f"were taken (median; 95 % within {duration(figures['latency_p95_s'])}){readiness(context)}."
         )
-    return " ".join([*sentences, *_energy(context)])
+    return " ".join([*sentences, *energy_words(context)])
 
 
 def information(context: ReportContext) -> str:
@@ -182,7 +182,8 @@ def _skipped_images(context: ReportContext) -> list[str]:
     ]
 
 
-def _deaths(context: ReportContext) -> list[str]:
+def death_words(context: ReportContext) -> list[str]:
+    """Return which nodes stopped, and when."""
     died = context.tables["nodes"].dropna(subset=["died_at_s"]).sort_values(["died_at_s", "node"])
     if died.empty:
         return []
@@ -190,7 +191,8 @@ def _deaths(context: ReportContext) -> list[str]:
     return [f"{plural(len(died), 'node')} stopped during the run: {listed(when)}."]
 
 
-def _energy(context: ReportContext) -> list[str]:
+def energy_words(context: ReportContext) -> list[str]:
+    """Return what the motes drew, and how long their batteries last."""
     figures, nodes = context.summary, context.tables["nodes"]
     motes = nodes[nodes["role"] != "base"].reset_index(drop=True)
     if motes.empty:
@@ -201,10 +203,11 @@ def _energy(context: ReportContext) -> list[str]:
     total = sum(causes.values())
     deaths = int(motes["died_at_s"].notna().sum())
     over = " on average over the whole run, the time after motes had stopped included" if deaths else ""
-    sentences = [
-        f"The motes drew {quantity(figures['energy_per_step_j'], 'J')} a step{over}, "
-        f"{quantity(figures['energy_total_j'], 'J')} in all."
-    ]
+    total_j = quantity(figures["energy_total_j"], "J")
+    sentences = [f"The motes drew {total_j} in all."]
+    if "energy_per_step_j" in figures:
+        a_step = quantity(figures["energy_per_step_j"], "J")
+        sentences = [f"The motes drew {a_step} a step{over}, {total_j} in all."]
     if total > 0:
         sentences.append(
             f"The busiest, {busiest['node']}, drew {quantity(total, 'J')}, "

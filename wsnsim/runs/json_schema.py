@@ -41,6 +41,8 @@ def scenario_json_schema() -> dict[str, Any]:
     keys["expect"]["additionalProperties"] = {"type": "string", "pattern": _COMPARISON}
     # the loader takes it from the file's name
     schema["required"].remove("name")
+    # and this from a layout, where there is one
+    sections["Motes"]["required"].remove("base")
     return {
         "$schema": DRAFT,
         "title": "wsnsim scenario",

@@ -13,7 +13,7 @@ from wsnsim.types import FloatArray
 if TYPE_CHECKING:
     import pandas as pd
 
-_STANDARDS = {"ieee802154": "IEEE 802.15.4", "ideal": "an ideal network"}
+_STANDARDS = {"ieee802154": "IEEE 802.15.4", "ieee80211b": "IEEE 802.11b", "ideal": "an ideal network"}
 
 
 def report_context(
@@ -32,7 +32,7 @@ def report_context(
         system=loaded.system.name if variant is None else f"{loaded.system.name}, tracker {variant}",
         citation=loaded.system.citation,
         standard=_STANDARDS[scenario.network.standard],
-        size_m=scenario.world.size_m,
+        size_m=None if scenario.world is None else scenario.world.size_m,
         cameras={camera.node.id: camera.renderer.camera for camera in simulation.cameras},
         tables=tables,
         summary=figures,

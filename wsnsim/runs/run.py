@@ -205,13 +205,14 @@ def _finish(
         channel_bps=channel_bps(loaded.scenario.network),
         simulated_s=to_s(simulation.schedule.end_ns),
         wall_s=state.wall_s(),
+        active_s=simulation.schedule.duration_s,
     )
     if report:
         # takes half a second, which runs in memory and those of a sweep have no use for
         from wsnsim.report.page import write_report
         from wsnsim.runs.report_context import report_context
 
-        largest_m = max(lost_above_m.values())
+        largest_m = max(lost_above_m.values(), default=0.0)
         write_report(folder.report, report_context(loaded, simulation, tables, figures, largest_m))
     folder.write_summary(figures)
     expectations = check(loaded.scenario.expect, figures)
@@ -220,5 +221,6 @@ def _finish(
 
 def _lost_above_m(loaded: LoadedScenario) -> dict[str, float]:
     """Return for each target the last error above which it is lost [m]."""
-    targets = loaded.scenario.world.targets
+    world = loaded.scenario.world
+    targets = () if world is None else world.targets
     return {target.id: _LOST_LENGTHS * 2.0 * max(target.shape.semi_axes_m) for target in targets}

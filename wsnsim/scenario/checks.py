@@ -29,6 +29,34 @@ def cross_faults(data: Mapping[str, Any]) -> list[Fault]:
     ]
 
 
+def unseeing(data: Mapping[str, Any], needs_cameras: bool) -> Iterator[Fault]:
+    """Find what is missing where there are, or have to be, cameras.
+
+    Parameters
+    ----------
+    data : the scenario as plain data, defaults not filled in
+    needs_cameras : whether the system is of no use without cameras and targets
+    """
+    cameras, world = data.get("cameras", []), data.get("world")
+    if needs_cameras:
+        yield from _none_of(("cameras",), cameras, "cameras" in data)
+    if isinstance(world, Mapping):
+        if needs_cameras:
+            yield from _none_of(("world", "targets"), world.get("targets", []), "targets" in world)
+    elif world is None and (needs_cameras or (isinstance(cameras, list) and cameras)):
+        yield Fault(("world",), "must be given (ground truth)")
+
+
+def _none_of(path: KeyPath, items: Any, given: bool) -> Iterator[Fault]:
+    """Find a list without items."""
+    if isinstance(items, list) and not items:
+        what = _MEANINGS[path[-1]]
+        yield Fault(path, "must have at least 1 item, got 0" if given else f"must be given ({what})")
+
+
+_MEANINGS: Mapping[str | int, str] = {"cameras": "what sees", "targets": "bodies to track"}
+
+
 def _mapping(data: Any, key: str) -> Mapping[str, Any]:
     value = data.get(key) if isinstance(data, Mapping) else None
     return value if isinstance(value, Mapping) else {}
@@ -60,6 +88,9 @@ def _node_names(data: Mapping[str, Any]) -> Iterator[Fault]:
     entries: dict[str, KeyPath] = {}
     for path, name in _named(data, "motes", "nodes"):
         yield from _twice(entries, path, name)
+    for path, name in _named(data, "motes", "sinks"):
+        yield from _twice(entries | first, path, name)
+        entries.setdefault(name, path)
     base = _mapping(_mapping(data, "motes"), "base")
     base_id = base.get("id", BaseStation.model_fields["id"].default)
     if isinstance(base_id, str):

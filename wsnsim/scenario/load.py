@@ -10,13 +10,17 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from wsnsim.errors import Problem, ScenarioError
-from wsnsim.scenario.checks import cross_faults
+from wsnsim.scenario.checks import cross_faults, unseeing
 from wsnsim.scenario.faults import Fault, KeyPath, one_of, shown
+from wsnsim.scenario.layout_file import Plan
+from wsnsim.scenario.layouts import has_layout, plan_of, written_out
 from wsnsim.scenario.marks import Marks
 from wsnsim.scenario.overrides import Override, apply_overrides, parse_override
 from wsnsim.scenario.plain import plain_data
 from wsnsim.scenario.registry import BUILT_IN, find_system
 from wsnsim.scenario.schema import MAX_NAME, Scenario
+from wsnsim.scenario.schema_layout import LayoutHolder
+from wsnsim.scenario.standards import standard_faults, with_standard
 from wsnsim.scenario.wording import faults_of
 from wsnsim.scenario.yaml_marks import Document, read_yaml
 
@@ -124,14 +128,33 @@ def _checked(
     data: dict[str, Any], marks: Marks, problems: Sequence[Problem], file: Path | None, base_dir: Path
 ) -> LoadedScenario:
     """Check plain data as a whole and make a scenario of it."""
-    scenario, faults = validated(Scenario, data, {"base_dir": base_dir})
+    data, faults = _with_layout(data, base_dir)
+    data = with_standard(data)
+    scenario, section_faults = validated(Scenario, data, {"base_dir": base_dir})
     system, params, system_faults = _system_of(data.get("system"))
-    faults += [*system_faults, *cross_faults(data)]
+    needs_cameras = system is None or system.needs_cameras
+    faults += [*section_faults, *system_faults, *cross_faults(data), *unseeing(data, needs_cameras)]
+    faults += standard_faults(data)
     found = [*problems, *(marks.problem(fault) for fault in dict.fromkeys(faults))]
     if found or scenario is None or system is None or params is None:
         raise ScenarioError(sorted(found, key=_reading_order))
     complete = scenario.model_copy(update={"system": params.model_dump(mode="json")})
     return LoadedScenario(complete, system, params, file, base_dir, marks)
+
+
+def _with_layout(data: dict[str, Any], base_dir: Path) -> tuple[dict[str, Any], list[Fault]]:
+    """Write a layout out as the nodes it stands for, or say what is wrong with it."""
+    if not has_layout(data):
+        return data, []
+    motes = data["motes"]
+    held, faults = validated(LayoutHolder, {"layout": motes["layout"]}, {"base_dir": base_dir})
+    plan = None
+    if held is None:
+        faults = [replace(fault, path=("motes", *fault.path)) for fault in faults]
+    else:
+        plan, faults = plan_of(held.layout, data.get("seed", Scenario.model_fields["seed"].default))
+    # without its layout the rest is looked at as if it had a base station somewhere
+    return written_out(data, Plan(((0.0, 0.0, 0.0),)) if plan is None else plan), faults
 
 
 def _system_of(section: Any) -> "tuple[System[Any] | None, SystemParams | None, list[Fault]]":

@@ -1,5 +1,6 @@
 """Where in the file, or on the command line, a fault of a scenario is."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -14,6 +15,14 @@ class Marks:
 
     document: Document
     arguments: Mapping[KeyPath, str]
+
+    def found(self, problem: Problem) -> Problem:
+        """Give a problem its place that is named by its path alone."""
+        if problem.file is not None or problem.argument is not None:
+            return problem
+        steps = re.findall(r"[^.\[\]]+", problem.path)
+        path = tuple(int(step) if step.isdecimal() else step for step in steps)
+        return self.problem(Fault(path, problem.message))
 
     def problem(self, fault: Fault) -> Problem:
         """Give a fault its place; that of what encloses it where the value itself is missing."""

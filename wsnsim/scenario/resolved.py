@@ -48,7 +48,9 @@ def scenario_hash(loaded: LoadedScenario) -> str:
     from wsnsim.vision.album import album_pictures
 
     data = _with_files(loaded, digest)
-    albums = [target.learn_from for target in loaded.scenario.world.targets if target.learn_from is not None]
+    world = loaded.scenario.world
+    targets = () if world is None else world.targets
+    albums = [target.learn_from for target in targets if target.learn_from is not None]
     pictures = [picture for album in albums for picture in album_pictures(loaded.resolve_path(album))]
     data["pictures"] = [digest(picture) for picture in pictures]
     text = json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)
@@ -58,14 +60,18 @@ def scenario_hash(loaded: LoadedScenario) -> str:
 def _with_files(loaded: LoadedScenario, name: Callable[[Path], str]) -> dict[str, Any]:
     """Return the scenario as plain data in which each file stands as `name` writes it."""
     data = loaded.scenario.model_dump(mode="json")
-    for mover in (*data["world"]["targets"], *data["world"]["people"]):
+    world = data["world"] or {"targets": [], "people": []}
+    for mover in (*world["targets"], *world["people"]):
         motion = mover["motion"]
         for key in ("file", "homography"):
             if motion.get(key) is not None:
                 motion[key] = name(loaded.resolve_path(motion[key]))
-    for target in data["world"]["targets"]:
+    for target in world["targets"]:
         if target["learn_from"] is not None:
             target["learn_from"] = name(loaded.resolve_path(target["learn_from"]))
+    for section in (data["network"]["propagation"], data["network"]["noise"] or {}):
+        if "file" in section:
+            section["file"] = name(loaded.resolve_path(section["file"]))
     for camera in data["cameras"]:
         holder, key = camera, "background"
         if isinstance(camera["background"], dict):

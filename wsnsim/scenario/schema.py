@@ -68,8 +68,10 @@ class Scenario(Part):
     )
     seed: Seed = Field(0, description="seed of all randomness")
     duration_s: float = Field(gt=0, le=1e7, description="simulated time [s]")
-    world: World = Field(description="ground truth")
-    cameras: tuple[Camera, ...] = Field(min_length=1, description="what sees")
+    world: World | None = Field(
+        None, description="ground truth; null: open space with nothing in it, for systems without cameras"
+    )
+    cameras: tuple[Camera, ...] = Field((), description="what sees; none for systems that need no cameras")
     motes: Motes = Field(description="what computes and sends")
     network: NetworkParams = Field(NetworkParams(), description="how messages travel")
     system: dict[str, Any] = Field(description="the tracking system: its kind and its own keys")
@@ -79,6 +81,14 @@ class Scenario(Part):
     )
 
     @property
+    def true_world(self) -> World:
+        """The world of a scenario that has one."""
+        assert self.world is not None
+        return self.world
+
+    @property
     def steps(self) -> int:
-        """Number of the last tracking step; despite rounding the last of whole periods counts."""
+        """Number of the last tracking step, 0 without cameras; the last of whole periods counts."""
+        if not self.cameras:
+            return 0
         return int(self.duration_s * self.cameras[0].rate_hz * (1 + 1e-12))

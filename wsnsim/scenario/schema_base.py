@@ -6,12 +6,12 @@ loader validates in pydantic's strict JSON mode.
 
 import math
 import os
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import AfterValidator, BaseModel, Field, GetJsonSchemaHandler, ValidationInfo
+from pydantic import AfterValidator, BaseModel, Discriminator, Field, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, PydanticCustomError
 
 from wsnsim.scenario.faults import did_you_mean, nearest, one_of, quoted, shown, unreadable
@@ -31,6 +31,15 @@ class Part(BaseModel, extra="forbid", frozen=True, allow_inf_nan=False):
 def wrong(message: str) -> PydanticCustomError:
     """Return the error by which a validator says what must hold."""
     return PydanticCustomError("scenario", "{message}", {"message": message})
+
+
+def kind_or(default: str) -> Discriminator:
+    """Return a discriminator between tagged sections by which the kind may be left out."""
+
+    def kind(value: Any) -> Any:
+        return value.get("kind", default) if isinstance(value, Mapping) else getattr(value, "kind", default)
+
+    return Discriminator(kind)
 
 
 def _unit_quaternion(q: tuple[float, float, float, float]) -> tuple[float, float, float, float]:

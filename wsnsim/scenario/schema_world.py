@@ -1,10 +1,9 @@
 """Schema of `world:`: the room, its light, what stands in it, and who moves in it."""
 
 import math
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self, TypeAlias
+from typing import Annotated, Literal, Self, TypeAlias
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, Tag, model_validator
 
 from wsnsim.scenario.schema_base import (
     Coordinate,
@@ -16,6 +15,7 @@ from wsnsim.scenario.schema_base import (
     Position,
     Seed,
     SemiAxis,
+    kind_or,
     wrong,
 )
 from wsnsim.scenario.schema_motion import Motion, Waypoints
@@ -58,19 +58,10 @@ class PlainTexture(Part):
     )
 
 
-def _kind_or(default: str) -> Discriminator:
-    """Return a discriminator by which the kind may be left out."""
-
-    def kind(value: Any) -> Any:
-        return value.get("kind", default) if isinstance(value, Mapping) else getattr(value, "kind", default)
-
-    return Discriminator(kind)
-
-
 _Texture: TypeAlias = Annotated[PatchTexture, Tag("patches")] | Annotated[PlainTexture, Tag("plain")]
-MoverTexture: TypeAlias = Annotated[_Texture, _kind_or("patches")]
+MoverTexture: TypeAlias = Annotated[_Texture, kind_or("patches")]
 """Patches where the kind is left out."""
-OccluderTexture: TypeAlias = Annotated[_Texture, _kind_or("plain")]
+OccluderTexture: TypeAlias = Annotated[_Texture, kind_or("plain")]
 """Plain where the kind is left out."""
 
 
@@ -124,6 +115,12 @@ class Person(Part):
         return self
 
 
+Attenuation: TypeAlias = Annotated[float, Field(ge=0, le=200)]
+_ATTENUATION = (
+    "what it costs radio links across it, where network.propagation has walls; null: their loss_db [dB]"
+)
+
+
 class Wall(Part):
     """A wall along a straight line, with square ends."""
 
@@ -135,6 +132,7 @@ class Wall(Part):
     thickness_m: Extent = Field(0.1, description="across its line, half on either side [m]")
     base_m: Coordinate = Field(0.0, description="height of its lower edge [m]")
     texture: OccluderTexture = Field(PlainTexture(), description="what the surface looks like")
+    attenuation_db: Attenuation | None = Field(None, description=_ATTENUATION)
 
     @model_validator(mode="after")
     def _has_a_length(self) -> Self:
@@ -154,6 +152,7 @@ class Box(Part):
     size_m: tuple[Extent, Extent, Extent] = Field(description="extent along its own x, y and z [m]")
     yaw_deg: float = Field(0.0, ge=-360, le=360, description="turn from x towards y [deg]")
     texture: OccluderTexture = Field(PlainTexture(), description="what the surface looks like")
+    attenuation_db: Attenuation | None = Field(None, description=_ATTENUATION)
 
 
 class Pillar(Part):
@@ -166,6 +165,7 @@ class Pillar(Part):
     height_m: Extent = Field(2.5, description="from its lower to its upper end [m]")
     base_m: Coordinate = Field(0.0, description="height of its lower end [m]")
     texture: OccluderTexture = Field(PlainTexture(), description="what the surface looks like")
+    attenuation_db: Attenuation | None = Field(None, description=_ATTENUATION)
 
 
 Occluder: TypeAlias = Annotated[Wall | Box | Pillar, Field(discriminator="kind")]
@@ -179,7 +179,9 @@ class World(Part):
     occluders: tuple[Occluder, ...] = Field(
         (), max_length=1000, description="what stands about and hides what is behind it"
     )
-    targets: tuple[Target, ...] = Field(min_length=1, max_length=256, description="bodies to track")
+    targets: tuple[Target, ...] = Field(
+        (), max_length=256, description="bodies to track; none for systems that need no cameras"
+    )
     people: tuple[Person, ...] = Field(
         (), max_length=1000, description="who moves about, hides what is behind, and is not tracked"
     )

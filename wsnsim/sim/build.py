@@ -18,6 +18,7 @@ from wsnsim.scenario.nodes import PlacedNode, placed_nodes
 from wsnsim.scenario.schema import Scenario
 from wsnsim.scenario.schema_motes import Capacity
 from wsnsim.scenario.schema_world import Target
+from wsnsim.sim.budgets import budget_configs
 from wsnsim.sim.collecting import Way, ways
 from wsnsim.sim.engine import Schedule, Simulation
 from wsnsim.sim.eyes import IMAGER, mote_cameras, open_background
@@ -27,7 +28,8 @@ from wsnsim.sim.node import Node
 from wsnsim.sim.power import NodePower
 from wsnsim.sim.recording import ImageRecorder
 from wsnsim.sim.worlds import build_world
-from wsnsim.systems.base import Belief, Role, Send, Site, TrackedTarget
+from wsnsim.systems.base import Belief, Program, Role, Send, Site, TrackedTarget
+from wsnsim.systems.silent import SilentProgram
 from wsnsim.types import NodeId
 from wsnsim.units import to_s
 from wsnsim.vision.album import View, read_album
@@ -55,31 +57,33 @@ def build(loaded: LoadedScenario) -> Simulation:
     base = scenario.motes.base.id
     env, outlet = simpy.Environment(), Outlet()
     clock = Clock(env)
-    rate_hz = scenario.cameras[0].rate_hz
-    steps = scenario.steps
+    schedule = _schedule(loaded)
     faults = _Faults()
     with faults.gathered():
         tree = build_tree(loaded, positions)
     with faults.gathered():
-        world = build_world(loaded, streams)
+        world = build_world(loaded, streams) if scenario.world is not None else _open_space(positions)
     albums: dict[str, tuple[View, ...]] = {}
-    for target in scenario.world.targets:
+    for target in () if scenario.world is None else scenario.world.targets:
         with faults.gathered():
             albums[target.id] = _album(target)
     backgrounds = {}
     for number, camera in enumerate(scenario.cameras):
         with faults.gathered():
-            backgrounds[camera.id] = open_background(loaded, number, steps)
+            backgrounds[camera.id] = open_background(loaded, number, schedule.steps)
     powers = {}
     for node in placed:
         with faults.gathered():
             powers[node.id] = _power(clock, node, loaded)
+    with faults.gathered():
+        budgets = budget_configs(loaded)
     faults.raise_all()
 
-    schedule = Schedule(rate_hz, steps, loaded.system.settle_s(loaded.system_params, rate_hz))
     cameras = {camera.id: pinhole(camera) for camera in scenario.cameras}
-    targets = _tracked_targets(scenario, world, albums, streams)
-    site = Site(cameras, targets, schedule.rate_hz, schedule.steps, streams)
+    targets = _tracked_targets(scenario, world, albums, streams) if cameras else ()
+    ends = (base, *(sink.id for sink in scenario.motes.sinks))
+    motes = {node.id: number for number, node in enumerate(node for node in placed if node.id not in ends)}
+    site = Site(cameras, targets, schedule.rate_hz, schedule.steps, streams, motes, scenario.duration_s)
 
     recorder = ImageRecorder(scenario.record, outlet)
     nodes: dict[NodeId, Node] = {}
@@ -89,15 +93,27 @@ def build(loaded: LoadedScenario) -> Simulation:
         outlet,
         loaded.system.payloads,
         base,
-        tuple(node.id for node in placed if node.id != base),
+        tuple(motes),
         lambda receiver, message: nodes[receiver].take_message(message),
         lambda receiver, number, letter: upward[receiver].arrived(number, letter),
+        lambda node, key: nodes[node].take_key(key),
     )
-    network = build_network(scenario, env, positions, tree, streams, mail, powers)
+    network = build_network(
+        scenario,
+        env,
+        positions,
+        tree,
+        streams,
+        mail,
+        powers,
+        budgets,
+        lambda node: nodes[node].tell("budget_reached", "the bandwidth budget held a frame up"),
+    )
     programs = {}
     for node in placed:
         role = Role(node.role)
-        program = loaded.system.program(loaded.system_params, site, node.id, role)
+        with _placed_problems(loaded):
+            program = _program(loaded, site, node.id, role)
         programs[node.id] = program
         nodes[node.id] = Node(
             clock,
@@ -110,6 +126,8 @@ def build(loaded: LoadedScenario) -> Simulation:
             _sender(mail, network, upward, node.id),
             _stopper(network, upward),
             lambda name: upward[name].settled(),
+            network.allowance_bytes,
+            network.neighbours,
         )
     upward |= ways(clock, tree, network, mail, nodes, programs, lambda epoch: to_s(schedule.at_ns(epoch)))
     return Simulation(
@@ -126,6 +144,36 @@ def build(loaded: LoadedScenario) -> Simulation:
         outlet=outlet,
         site=site,
     )
+
+
+def _program(loaded: LoadedScenario, site: Site, node: NodeId, role: Role) -> Program:
+    """Return what runs on a node; a sink only passes on what it gets."""
+    if role is Role.SINK:
+        return SilentProgram()
+    return loaded.system.program(loaded.system_params, site, node, role)
+
+
+def _schedule(loaded: LoadedScenario) -> Schedule:
+    scenario, settle_s = loaded.scenario, loaded.system.settle_s
+    if scenario.cameras:
+        rate_hz = scenario.cameras[0].rate_hz
+        return Schedule(rate_hz, scenario.steps, settle_s(loaded.system_params, rate_hz))
+    return Schedule.without_cameras(scenario.duration_s, settle_s(loaded.system_params, 0.0))
+
+
+def _open_space(positions: Mapping[NodeId, tuple[float, float, float]]) -> World:
+    """Return a world with nothing in it, as large as the nodes need."""
+    size_m = np.max(list(positions.values()), axis=0).clip(min=0.0)
+    return World(size_m=size_m, targets=(), light=np.array([0.0, 0.0, 1.0]), ambient=1.0)
+
+
+@contextmanager
+def _placed_problems(loaded: LoadedScenario) -> Iterator[None]:
+    """Tell the place in the file of what a system finds wrong with its own keys."""
+    try:
+        yield
+    except ScenarioError as error:
+        raise ScenarioError([loaded.marks.found(problem) for problem in error.problems]) from error
 
 
 def _album(target: Target) -> tuple[View, ...]:

@@ -7,6 +7,10 @@ its parent. What comes after that goes on at once, as long as somebody wants
 it. So a lost or late message costs its contribution, or its time, and never
 the rest. Other nodes pass messages of groups on as they are.
 
+Where the tree changes, everybody's parent, latest instant and what is below
+follow it at once; what is on its way to a former parent is that one's, if it
+arrives. The time that a hop takes is that of the tree at the beginning.
+
 Left out: a child that its parent asks again for what is missing.
 """
 
@@ -18,11 +22,12 @@ from typing import Protocol
 from wsnsim.errors import DecodeError, WsnsimError
 from wsnsim.hardware.work import Work
 from wsnsim.net.clock import Call, Clock
-from wsnsim.net.collection import latest_s, leads_s
+from wsnsim.net.collection import latest_s
 from wsnsim.net.interface import Network, Outcome
 from wsnsim.net.routing.tree import Tree
 from wsnsim.sim.mail import REFUSED, UNDECODABLE, Letter, MailRoom
 from wsnsim.sim.node import Node
+from wsnsim.sim.places import Places
 from wsnsim.systems.base import Aggregator, Context, GroupKey, Program, Received, Scope, Send
 from wsnsim.types import Nanoseconds, NodeId, Seconds
 from wsnsim.units import to_ns
@@ -73,19 +78,19 @@ class Arriving:
 class Forwarding:
     """Passes messages of groups on to the parent, each by itself and unchanged."""
 
-    def __init__(self, node: NodeId, parent: NodeId, network: Network, mail: MailRoom) -> None:
-        self._node, self._parent = node, parent
+    def __init__(self, node: NodeId, places: Places, network: Network, mail: MailRoom) -> None:
+        self._node, self._places = node, places
         self._network, self._mail = network, mail
 
     def own(self, send: Send) -> None:
         """Send a message of the node's own."""
         expires_ns = None if send.expires is None else to_ns(send.expires)
         letter = Letter(self._node, send.payload.kind, send.payload.encode(), _group(send), expires_ns)
-        self._mail.climb(self._network, self._node, self._parent, letter)
+        self._mail.climb(self._network, self._node, self._places.of(self._node).parent, letter)
 
     def arrived(self, number: int, letter: Letter) -> None:
         """Send a child's message on."""
-        onward = self._mail.climb(self._network, self._node, self._parent, letter)
+        onward = self._mail.climb(self._network, self._node, self._places.of(self._node).parent, letter)
         self._mail.fused((number,), onward)
 
     def settled(self) -> None:
@@ -123,8 +128,7 @@ class Collecting:
 
     Parameters
     ----------
-    below : the node itself and all whose messages pass it
-    lead_s : how long before the base station wants it an aggregate must be begun [s]
+    places : where each node stands in the tree
     frame_s : when the images of an epoch are taken [s]
     """
 
@@ -133,17 +137,15 @@ class Collecting:
         clock: Clock,
         node: Node,
         program: Aggregator,
-        parent: NodeId,
-        below: frozenset[NodeId],
+        places: Places,
         network: Network,
         mail: MailRoom,
-        lead_s: Seconds,
         frame_s: Callable[[int], Seconds],
     ) -> None:
         self._clock, self._node, self._program = clock, node, program
-        self._parent, self._below = parent, below
+        self._places = places
         self._network, self._mail = network, mail
-        self._lead_s, self._frame_s = lead_s, frame_s
+        self._frame_s = frame_s
         self._groups: dict[GroupKey, _Gathering] = {}
 
     def own(self, send: Send) -> None:
@@ -189,7 +191,7 @@ class Collecting:
                 if old.due_ns > now or old.parts or old.making or old.called
             }
             due_s = self._program.due(group)
-            latest = latest_s(due_s, self._lead_s, self._frame_s(group.epoch))
+            latest = latest_s(due_s, self._places.of(self._node.id).lead_s, self._frame_s(group.epoch))
             gathering = self._groups[group] = _Gathering(to_ns(due_s), to_ns(latest))
         return gathering
 
@@ -198,7 +200,7 @@ class Collecting:
         if gathering.called or not gathering.parts:
             return
         received = tuple(part.received for part in gathering.parts)
-        if gathering.begun or not self._program.awaits(group, received, self._below):
+        if gathering.begun or not self._program.awaits(group, received, self._places.of(self._node.id).below):
             self._call(group, gathering)
         elif gathering.timer is None:
             delay = max(0, gathering.latest_ns - self._clock.now)
@@ -239,7 +241,7 @@ class Collecting:
         gathering.making = []
 
     def _send(self, gathering: _Gathering, letter: Letter) -> None:
-        onward = self._mail.climb(self._network, self._node.id, self._parent, letter)
+        onward = self._mail.climb(self._network, self._node.id, self._places.of(self._node.id).parent, letter)
         self._mail.fused(_numbers(gathering.making), onward)
         gathering.making = []
 
@@ -268,20 +270,21 @@ def ways(
     usual = {node: program.usual() for node, program in aggregators.items()}
     # a node that only passes on carries what others have made
     carried_bytes = max((size for size, _ in usual.values()), default=0)
-    hop_s = {}
-    for node in parents:
+    hop_s = dict.fromkeys(parents, 0.0)
+    # where nobody collects nobody waits, and in a large network the times take long to find
+    for node in parents if aggregators else ():
         size, work = usual.get(node, (carried_bytes, Work()))
         hop_s[node] = nodes[node].platform.seconds(work) + network.hop_service_s(size, node)
-    leads = leads_s(tree, hop_s)
-    found: dict[NodeId, Way] = {tree.root: Arriving(mail)}
-    for node, parent in parents.items():
+    places = Places(tree, network, hop_s)
+    mail.on_move(places.changed)
+    found: dict[NodeId, Way] = {node: Arriving(mail) for node in tree.sinks}
+    for node in parents:
+        if node in found:
+            continue
         if node in aggregators:
-            below = frozenset((node, *tree.descendants(node)))
-            found[node] = Collecting(
-                clock, nodes[node], aggregators[node], parent, below, network, mail, leads[node], frame_s
-            )
+            found[node] = Collecting(clock, nodes[node], aggregators[node], places, network, mail, frame_s)
         else:
-            found[node] = Forwarding(node, parent, network, mail)
+            found[node] = Forwarding(node, places, network, mail)
     return found
 
 

@@ -1,7 +1,9 @@
 """One run from the first instant to the last, on the integer-nanosecond clock of SimPy."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Self
 
 import simpy
 
@@ -14,8 +16,11 @@ from wsnsim.sim.mail import MailRoom
 from wsnsim.sim.node import Node
 from wsnsim.systems.base import Site
 from wsnsim.types import Nanoseconds, NodeId, Seconds
-from wsnsim.units import instant_ns, to_s
+from wsnsim.units import instant_ns, to_ns, to_s
 from wsnsim.world.world import World
+
+_LEAST_LOADS, _MOST_LOADS = 10, 1000
+_ROUNDING = 1e-6
 
 Progress = Callable[[int, int], None]
 """Called with the number of sampling instants done and their total."""
@@ -30,11 +35,22 @@ class Schedule:
     rate_hz : frame rate of all cameras [Hz]
     steps : number of the last frame
     settle_s : how long after a frame its estimate may still come [s]
+    duration_s : of a run without cameras, which then ends `settle_s` later; its instants are those at which
+        the load is noted [s]
     """
 
     rate_hz: float
     steps: int
     settle_s: Seconds
+    duration_s: Seconds | None = None
+
+    @classmethod
+    def without_cameras(cls, duration_s: Seconds, settle_s: Seconds) -> Self:
+        """Note the load every second; a short run ten times, a long one a thousand times."""
+        total_s = duration_s + settle_s
+        period_s = min(max(1.0, total_s / _MOST_LOADS), total_s / _LEAST_LOADS)
+        # the end of the run has a row of its own
+        return cls(1.0 / period_s, math.ceil(total_s / period_s - _ROUNDING) - 1, settle_s, duration_s)
 
     def at_ns(self, step: int) -> Nanoseconds:
         """Return the instant of a step [ns]."""
@@ -43,6 +59,8 @@ class Schedule:
     @property
     def end_ns(self) -> Nanoseconds:
         """Return the end of the run: whole periods after the last frame, in which its estimate can come."""
+        if self.duration_s is not None:
+            return to_ns(self.duration_s + self.settle_s)
         return self.at_ns(self.steps + 1 + int(self.settle_s * self.rate_hz + 1e-6))
 
 
@@ -107,6 +125,8 @@ class Simulation:
             numbers = (*pose.position, *pose.velocity, *pose.orientation)
             self.outlet.write(TruthRow(time, target.id, *(float(number) for number in numbers)))
         self._write_load(time)
+        if not self.cameras:
+            return
         bodies, moving = self.world.moving_bodies, self.world.moving_at(time)
         for camera in self.cameras:
             width, height = camera.renderer.camera.resolution_px
@@ -134,12 +154,12 @@ class Simulation:
             NodeRow(
                 node=node.id,
                 role=node.role.value,
-                parent=self.tree.parent.get(node.id),
-                depth=self.tree.depth[node.id],
+                parent=self.network.tree.parent.get(node.id),
+                depth=self.network.tree.depth[node.id],
                 x_m=x,
                 y_m=y,
                 z_m=z,
-                app_tx_bytes=self.mail.app_tx_bytes[node.id],
+                app_tx_bytes=self.mail.app_tx_bytes.get(node.id, 0),
                 mac_tx_bytes=link.mac_tx_bytes,
                 mac_rx_bytes=link.mac_rx_bytes,
                 frames_tx=link.frames_tx,
@@ -153,7 +173,8 @@ class Simulation:
                 work_longest_s=to_s(node.work_longest_ns),
                 energy_radio_tx_j=drawn.get(("radio", "transmit"), 0.0),
                 energy_radio_rx_j=drawn.get(("radio", "receive"), 0.0),
-                energy_radio_listen_j=drawn.get(("radio", "listen"), 0.0),
+                # a radio that starts is on its way to listening or sending
+                energy_radio_listen_j=sum(drawn.get(("radio", cause), 0.0) for cause in ("listen", "start")),
                 energy_radio_sleep_j=drawn.get(("radio", "sleep"), 0.0),
                 energy_cpu_j=sum(j for (component, _), j in drawn.items() if component == "cpu"),
                 energy_camera_j=sum(j for (component, _), j in drawn.items() if component == "camera"),
@@ -162,5 +183,13 @@ class Simulation:
                 battery_capacity_j=ledger.capacity_j,
                 battery_left_j=None if ledger.capacity_j is None else ledger.left_j(now),
                 died_at_s=node.died_at_s,
+                attempts=link.attempts,
+                attempts_failed=link.attempts_failed,
+                cca_total=link.cca_total,
+                cca_busy=link.cca_busy,
+                budget_waited_s=self.network.budget_wait_s(node.id),
+                control_frames_tx=link.control_frames_tx,
+                control_tx_bytes=link.control_tx_bytes,
+                duplicates=link.duplicates,
             )
         )

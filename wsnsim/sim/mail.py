@@ -7,12 +7,13 @@ own, and ends as part of the next one.
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 
 from wsnsim.errors import DecodeError
 from wsnsim.messages.base import Payload, decode_any
 from wsnsim.net.clock import Clock
 from wsnsim.net.interface import Datagram, Network, Outcome
-from wsnsim.records import FrameRow, MessageRow, Sink
+from wsnsim.records import EventRow, FrameRow, MessageRow, Sink
 from wsnsim.systems.base import GroupKey, Received, Scope, Send
 from wsnsim.types import Nanoseconds, NodeId, Seconds
 from wsnsim.units import to_ns, to_s
@@ -51,6 +52,10 @@ class _Sent:
     """When and over how many hops a message of a group came to the node at which it waits."""
 
 
+def _nobody(node: NodeId, key: str) -> None:
+    """Tell nobody."""
+
+
 class MailRoom:
     """Turns payloads into datagrams and back, and keeps the books.
 
@@ -61,6 +66,7 @@ class MailRoom:
     motes : everybody else
     receive : gives a decoded message to a node
     collect : gives a message of a group, and its number, to a node on its way to the base station
+    left : tells a node, by the key it asked for, that its link layer has done with a message
     """
 
     def __init__(
@@ -72,6 +78,7 @@ class MailRoom:
         motes: tuple[NodeId, ...],
         receive: Callable[[NodeId, Received], None],
         collect: Callable[[NodeId, int, Letter], None],
+        left: Callable[[NodeId, str], None] = _nobody,
     ) -> None:
         self._clock = clock
         self._sink = sink
@@ -80,6 +87,8 @@ class MailRoom:
         self._motes = motes
         self._receive = receive
         self._collect = collect
+        self._left = left
+        self._on_move: list[Callable[[], None]] = []
         self._sent: dict[int, _Sent] = {}
         self._next = 0
         self.app_tx_bytes: dict[NodeId, int] = dict.fromkeys((base, *motes), 0)
@@ -89,10 +98,12 @@ class MailRoom:
         datagram = Datagram(
             number=self._next,
             source=source,
-            destinations=self._receivers(source, send.to),
+            destinations=self._receivers(network, source, send.to),
             data=send.payload.encode(),
             disseminate=send.to is Scope.TREE,
+            one_hop=send.to is Scope.NEIGHBOURS,
             expires_ns=None if send.expires is None else to_ns(send.expires),
+            left=None if send.when_left is None else partial(self._left, source, send.when_left),
         )
         self._hand_over(network, datagram, send.payload.kind, None)
 
@@ -145,6 +156,18 @@ class MailRoom:
         for number in parts:
             self._close(number, self._sent[number].datagram.destinations[0], outcome)
 
+    def reparented(self, node: NodeId, old: NodeId | None, new: NodeId | None, why: str) -> None:
+        """Record that a node has another parent, and tell those who follow the tree."""
+        now = to_s(self._clock.now)
+        detail = f"from {old or 'nobody'} to {new or 'nobody'}: {why}"
+        self._sink.write(EventRow(now, node, "reparented", detail))
+        for follow in self._on_move:
+            follow()
+
+    def on_move(self, follow: Callable[[], None]) -> None:
+        """Call `follow` whenever a node has another parent."""
+        self._on_move.append(follow)
+
     def frame(self, row: FrameRow) -> None:
         """Record a radio frame."""
         self._sink.write(row)
@@ -179,11 +202,13 @@ class MailRoom:
         self._close(number, receiver, "delivered", arrived)
         self._receive(receiver, Received(maker, payload))
 
-    def _receivers(self, source: NodeId, to: NodeId | Scope) -> tuple[NodeId, ...]:
+    def _receivers(self, network: Network, source: NodeId, to: NodeId | Scope) -> tuple[NodeId, ...]:
         if to is Scope.BASE:
             return (self._base,)
         if to is Scope.TREE:
             return tuple(node for node in self._motes if node != source)
+        if to is Scope.NEIGHBOURS:
+            return network.neighbours(source)
         assert isinstance(to, str)
         return (to,)
 

@@ -3,9 +3,9 @@
 Coverage is geometry: a point is seen where it lies in a camera's image and
 nothing that stands about is between. Left out: people and targets in the way,
 who move, and what light and background make of the image. Margins are those of
-undisturbed links that nothing in the room weakens; where no node stands, the path
-loss by distance alone counts, since the shadowing of a link that does not exist is
-not known.
+undisturbed links; where no node stands, the path loss by distance counts, and walls
+where the scenario's radio has them, since the shadowing of a link that does not exist
+is not known.
 """
 
 from collections.abc import Mapping
@@ -17,16 +17,16 @@ import numpy as np
 
 from wsnsim.geometry.camera import PinholeCamera
 from wsnsim.geometry.quadrics import ellipsoid_outlines
-from wsnsim.net.channel.propagation import LogDistance, distances
+from wsnsim.net.channel.propagation import Propagation, distances
 from wsnsim.net.routing.linkquality import expected_transmissions, weakest_usable_dbm
-from wsnsim.net.routing.search import link_powers
 from wsnsim.net.routing.tree import Tree
 from wsnsim.rng import RandomStreams
 from wsnsim.scenario.schema import Scenario
 from wsnsim.scenario.schema_routing import MinHopTree
+from wsnsim.sim.channels import run_links
 from wsnsim.sim.engine import Simulation
 from wsnsim.sim.macs import mac_family, radio_config
-from wsnsim.sim.propagations import mean_propagation, node_propagation
+from wsnsim.sim.propagations import place_propagation
 from wsnsim.types import BoolArray, FloatArray, IntArray, NodeId
 from wsnsim.world.solids import any_blocks, contains
 from wsnsim.world.world import World
@@ -162,7 +162,8 @@ class Reach:
     Parameters
     ----------
     grid : (ny, nx) points
-    margin_db : (ny, nx) - margin of the link to the node heard best, by distance alone [dB]
+    margin_db : (ny, nx) - margin of the link to the node heard best, by distance and walls alone; minus
+        infinity where links are known from a file only [dB]
     best : (ny, nx) - which node that is
     """
 
@@ -197,7 +198,7 @@ def scenario_maps(scenario: Scenario, simulation: Simulation, height_m: float | 
     return Maps(
         coverage_of(cameras, world, height_m),
         links,
-        reach_of(links, world.size_m, mean_propagation(scenario.network), scenario.network.tx_power_dbm),
+        reach_of(links, world.size_m, place_propagation(scenario), scenario.network.tx_power_dbm),
     )
 
 
@@ -252,13 +253,13 @@ def links_of(scenario: Scenario, positions: Mapping[NodeId, tuple[float, float, 
     network = scenario.network
     success = network.routing.link_success_min if isinstance(network.routing, MinHopTree) else _GOOD
     family, radio = mac_family(network), radio_config(network)
-    propagation = node_propagation(network, positions, RandomStreams(scenario.seed))
-    power_dbm = link_powers(positions, propagation, radio)
+    links = run_links(scenario, positions, RandomStreams(scenario.seed))
+    etx = expected_transmissions(links, family.phy, radio, family.phy.max_mpdu_bytes, family.ack_bytes)
     return Links(
         tuple(positions),
         np.array(list(positions.values()), dtype=np.float64),
-        power_dbm,
-        expected_transmissions(power_dbm, family.phy, radio, family.phy.max_mpdu_bytes, family.ack_bytes),
+        links.matrix(links.power_dbm, -np.inf),
+        links.matrix(etx, np.inf),
         weakest_usable_dbm(family.phy, radio, success),
         success,
         tree,
@@ -266,7 +267,11 @@ def links_of(scenario: Scenario, positions: Mapping[NodeId, tuple[float, float, 
 
 
 def reach_of(
-    links: Links, size_m: FloatArray, propagation: LogDistance, tx_power_dbm: float, cells: int = _CELLS
+    links: Links,
+    size_m: FloatArray,
+    propagation: Propagation | None,
+    tx_power_dbm: float,
+    cells: int = _CELLS,
 ) -> Reach:
     """Return the margin of a further node's best link, over the world and all nodes.
 
@@ -274,7 +279,8 @@ def reach_of(
     ----------
     links : of the nodes that there are; the further one is as high as they are on average
     size_m : (3,) - of the world [m]
-    propagation : path loss by distance
+    propagation : path loss between any two places; None where links are known from a file only, and those
+        of a further node are not
     tx_power_dbm : of all nodes [dBm]
     cells : along the longer side of the map
     """
@@ -283,11 +289,14 @@ def reach_of(
     margin = _MARGIN * float((high - low).max())
     grid = Grid.over(low - margin, high + margin, float(links.positions[:, 2].mean()), cells)
     points = grid.points
-    nearest_m = np.full(len(points), np.inf)
+    margin_db = np.full(len(points), -np.inf)
     best = np.zeros(len(points), dtype=np.int64)
-    for at, place in enumerate(links.positions):
-        distance_m = np.linalg.norm(points - place, axis=1)
-        nearer = distance_m < nearest_m
-        nearest_m, best = np.where(nearer, distance_m, nearest_m), np.where(nearer, at, best)
-    margin_db = tx_power_dbm - propagation.at(nearest_m) - links.weakest_dbm
+    if propagation is not None:
+        here, there = np.zeros(len(points), dtype=np.int64), np.arange(1, len(points) + 1)
+        least_db = np.full(len(points), np.inf)
+        for at, place in enumerate(links.positions):
+            loss_db = propagation.loss_db(np.vstack([place, points]), here, there)
+            less = loss_db < least_db
+            least_db, best = np.where(less, loss_db, least_db), np.where(less, at, best)
+        margin_db = tx_power_dbm - least_db - links.weakest_dbm
     return Reach(grid, margin_db.reshape(grid.shape), best.reshape(grid.shape))

@@ -98,7 +98,7 @@ class MotionBuilder:
     def _area(
         self, path: KeyPath, body: Body, motion: schema_motion.RandomWaypoint | schema_motion.GaussMarkov
     ) -> Area:
-        world = self._loaded.scenario.world
+        world = self._loaded.scenario.true_world
         size = np.array(world.size_m)
         place = (*path, "area_m")
         if motion.area_m is None:

@@ -1,5 +1,6 @@
 """A node at work: one processor, one program, inputs that wait while it is busy."""
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -24,6 +25,16 @@ def _nobody(node: NodeId) -> None:
     """Tell nobody."""
 
 
+def _alone(node: NodeId) -> tuple[NodeId, ...]:
+    """Name nobody."""
+    return ()
+
+
+def _unlimited(node: NodeId) -> float:
+    """Set no limit to what a program says."""
+    return math.inf
+
+
 class Node:
     """Runs a program on a platform.
 
@@ -36,6 +47,8 @@ class Node:
     send : hands a message of this node to the network
     on_death : told when the node's battery is empty
     settled : told when an input has taken effect
+    allowance_bytes : says how much a node's program may say now [B]
+    neighbours : names whom a node can speak with directly
     """
 
     def __init__(
@@ -50,6 +63,8 @@ class Node:
         send: Callable[[Send], None],
         on_death: Callable[[NodeId], None],
         settled: Callable[[NodeId], None] = _nobody,
+        allowance_bytes: Callable[[NodeId], float] = _unlimited,
+        neighbours: Callable[[NodeId], tuple[NodeId, ...]] = _alone,
     ) -> None:
         self.id = node
         self.role = role
@@ -68,6 +83,8 @@ class Node:
         self._send = send
         self._on_death = on_death
         self._settled = settled
+        self._allowance_bytes = allowance_bytes
+        self._neighbours = neighbours
         self._waiting: deque[Job] = deque()
         self._concluding = False
 
@@ -88,6 +105,10 @@ class Node:
     def take_message(self, message: Received) -> None:
         """Give the program a message."""
         self._ask(lambda ctx: self._program.on_payload(ctx, message))
+
+    def take_key(self, key: str) -> None:
+        """Call the program by a key that it set."""
+        self._ask(lambda ctx: self._program.on_timer(ctx, key))
 
     def take(self, job: Job) -> None:
         """Give the processor something to do, in its turn."""
@@ -127,7 +148,7 @@ class Node:
         while self._waiting and not self.busy and not self._concluding:
             job = self._waiting.popleft()
             with self.blamed():
-                work, conclude = job(Context(self.id, to_s(self._clock.now), self.power.left_j()))
+                work, conclude = job(self._context())
                 duration = to_ns(self.platform.seconds(work))
             self.work_longest_ns = max(self.work_longest_ns, duration)
             if duration == 0:
@@ -136,6 +157,10 @@ class Node:
                 self.busy = True
                 self.power.cpu(busy=True)
                 self._clock.call(duration, partial(self._end, conclude))
+
+    def _context(self) -> Context:
+        now_s, left_j = to_s(self._clock.now), self.power.left_j()
+        return Context(self.id, now_s, left_j, self._allowance_bytes(self.id), self._neighbours(self.id))
 
     def _end(self, conclude: Callable[[], None]) -> None:
         if self.alive:
@@ -175,7 +200,7 @@ class Node:
 
     def _set_timer(self, key: str, at: float) -> None:
         delay = max(0, to_ns(at) - self._clock.now)
-        self._clock.call(delay, lambda: self._ask(lambda ctx: self._program.on_timer(ctx, key)))
+        self._clock.call(delay, partial(self.take_key, key))
 
     def _row(self, estimate: TrackEstimate) -> EstimateRow:
         belief, cov = estimate.belief, estimate.cov

@@ -2,10 +2,9 @@
 
 from collections.abc import Callable
 
-from wsnsim.hardware.ledger import EnergyLedger
+from wsnsim.hardware.ledger import EnergyLedger, StateTimes
 from wsnsim.hardware.profiles import Imager, Platform, Radio
 from wsnsim.net.clock import Clock
-from wsnsim.types import Nanoseconds
 from wsnsim.units import NS_PER_S
 
 
@@ -37,6 +36,7 @@ class NodePower:
             "listen": radio.listen_w,
             "receive": radio.receive_w,
             "transmit": radio.transmit_w(tx_power_dbm),
+            "start": radio.start_w,
         }
         self.ledger = EnergyLedger(capacity_j)
         self.ledger.enter(0, "board", "base load", platform.board_w)
@@ -61,9 +61,9 @@ class NodePower:
         power = self._imager.active_w() if active else self._imager.idle_w()
         self._enter("camera", "capture" if active else "idle", power)
 
-    def radio(self, now_ns: Nanoseconds, cause: str) -> None:
-        """Let the radio sleep, listen, receive or transmit from `now_ns` on."""
-        self.ledger.enter(now_ns, "radio", cause, self._radio_w[cause])
+    def attend(self, times: StateTimes) -> None:
+        """Ask the radio for the times of its states from now on."""
+        self.ledger.meter(self._clock.now, "radio", times, self._radio_w)
 
     def left_j(self) -> float:
         """Return the energy left in the battery now [J]; infinite on mains."""
@@ -87,14 +87,3 @@ class NodePower:
 
     def _enter(self, component: str, cause: str, power_w: float) -> None:
         self.ledger.enter(self._clock.now, component, cause, power_w)
-
-
-class RadioMeter:
-    """Passes one node's radio states on to its ledger."""
-
-    def __init__(self, power: NodePower) -> None:
-        self._power = power
-
-    def enter(self, now_ns: Nanoseconds, cause: str) -> None:
-        """Note that the radio is in the state `cause` from `now_ns` on."""
-        self._power.radio(now_ns, cause)

@@ -45,8 +45,11 @@ def world_faults(
     faults = [*_buried_nodes(loaded, world)]
     for path, motion, mover in movers:
         faults += _buried_start(world, path, mover)
+        if not loaded.scenario.cameras:
+            # nobody looks: it does not matter who is where
+            continue
         faults += _swallowed_cameras(loaded, path, mover)
-        if loaded.scenario.world.leaving == "error" and motion.kind not in _STAYS:
+        if loaded.scenario.true_world.leaving == "error" and motion.kind not in _STAYS:
             faults += _leaving(loaded, path, motion, mover)
     return faults
 
@@ -90,7 +93,7 @@ def _swallowed_cameras(loaded: LoadedScenario, path: KeyPath, mover: Target) -> 
 def _leaving(loaded: LoadedScenario, path: KeyPath, motion: Motion, mover: Target) -> Iterator[Fault]:
     """Find the first image at whose instant the mover is outside."""
     scenario = loaded.scenario
-    size = np.array(scenario.world.size_m)
+    size = np.array(scenario.true_world.size_m)
     rate_hz = scenario.cameras[0].rate_hz
     steps = scenario.steps
     # a room is convex: who goes straight from one place inside to the next stays inside
@@ -101,7 +104,7 @@ def _leaving(loaded: LoadedScenario, path: KeyPath, motion: Motion, mover: Targe
         if _outside(place[np.newaxis], size).any():
             drawn = isinstance(motion, Waypoints) and motion.jitter_m > 0.0
             by = f" with seed {scenario.seed}" if drawn else ""
-            must = f"must stay inside the world's size_m {list(scenario.world.size_m)}"
+            must = f"must stay inside the world's size_m {list(scenario.true_world.size_m)}"
             found = f"is at {_written(place)} after {step / rate_hz:g} s{by}"
             hint = "change motion or size_m, or set world.leaving: allow"
             yield Fault(path, f"{must}, but {found}; {hint}")

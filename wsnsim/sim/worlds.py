@@ -25,8 +25,8 @@ def build_world(loaded: LoadedScenario, streams: RandomStreams) -> World:
     ScenarioError : a recorded track cannot be read or ends before the run begins, an area is of no use,
         something is inside an occluder, or somebody leaves the world; all at once
     """
-    world = loaded.scenario.world
-    scenery = tuple(_placed(occluder, streams) for occluder in world.occluders)
+    world = loaded.scenario.true_world
+    scenery = scenery_of(world, streams)
     builder = MotionBuilder(loaded, streams, lambda places: containing(scenery, places) < 0)
     movers: list[tuple[KeyPath, Motion, Target]] = []
     problems: list[Problem] = []
@@ -52,6 +52,11 @@ def build_world(loaded: LoadedScenario, streams: RandomStreams) -> World:
         # members of one crowd fail alike
         raise ScenarioError(list(dict.fromkeys(problems)))
     return built
+
+
+def scenery_of(world: schema_world.World, streams: RandomStreams) -> tuple[Placed, ...]:
+    """Return what stands about, in the scenario's order."""
+    return tuple(_placed(occluder, streams) for occluder in world.occluders)
 
 
 def _movers(

@@ -6,6 +6,7 @@ program never waits, never sends and never reads a clock by itself, so that it
 can be tested without a network and run over any.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -30,6 +31,10 @@ class Role(Enum):
 
     CAMERA = "camera"
     RELAY = "relay"
+    MOTE = "mote"
+    """A node of a network without cameras."""
+    SINK = "sink"
+    """A further end of ways: joined to the base station by wire, it has no program of the system's."""
     BASE = "base"
 
 
@@ -40,6 +45,8 @@ class Scope(Enum):
     """The base station, up the tree."""
     TREE = "tree"
     """Every mote, down the tree."""
+    NEIGHBOURS = "neighbours"
+    """Everybody in radio reach, one hop and unacknowledged: those that `Context.neighbours` names."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +69,9 @@ class Send:
     group: GroupKey | None = None
     """Where it is named, the message climbs to the base station hop by hop, `to` is `Scope.BASE`, and every
     node on its way whose program is an `Aggregator` fuses it with others of the group, its maker first."""
+    when_left: str | None = None
+    """Key of a call of `on_timer` when the node's own link layer has done with the message, sent or given up;
+    for messages without a group."""
 
 
 @dataclass(frozen=True)
@@ -145,6 +155,11 @@ class Context:
     """By the node's own clock."""
     battery_j: float
     """Energy left; infinite on mains."""
+    allowance_bytes: float = math.inf
+    """What the program may say now within the mote's bandwidth budget, headers taken off; infinite without a
+    budget that is the program's to keep."""
+    neighbours: tuple[NodeId, ...] = ()
+    """Nodes that this one can speak with directly, as far as it knows."""
 
 
 @dataclass(frozen=True)
@@ -243,6 +258,10 @@ class Site:
     """Number of the last tracking step; frame k is taken at k / rate_hz, k = 1 … steps."""
     streams: RandomStreams
     """The seed that all motes share."""
+    motes: Mapping[NodeId, int] = field(default_factory=dict)
+    """Numbers of all nodes but the base station, from 0 on."""
+    duration_s: Seconds = math.inf
+    """For how long there is something to do [s]."""
 
 
 class SystemParams(BaseModel, extra="forbid", frozen=True, allow_inf_nan=False):
@@ -268,4 +287,7 @@ class System(Generic[P]):
     payloads: tuple[type[Payload], ...]
     program: Callable[[P, Site, NodeId, Role], Program]
     settle_s: Callable[[P, float], Seconds] = _one_period
-    """How long after a frame its estimate may still come [s], from the parameters and the frame rate [Hz]."""
+    """How long after a frame its estimate may still come [s], from the parameters and the frame rate [Hz];
+    of a system without cameras how long a run goes on when everything has been said."""
+    needs_cameras: bool = True
+    """Whether it is of no use without cameras and targets."""

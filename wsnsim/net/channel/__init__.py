@@ -1,1 +1,1 @@
-"""What lies between two antennas: path loss, shadowing, and the links that come of them."""
+"""What lies between two antennas: path loss, links that come of it, and what changes while a run lasts."""

@@ -20,7 +20,7 @@ class Noise(Protocol):
     step_ns: Nanoseconds
 
     def level_mw(self, receiver: int, now_ns: Nanoseconds) -> float:
-        """Return the noise in a receiver [mW]; the time never runs backwards for one receiver."""
+        """Return the noise in a receiver [mW]; for one receiver the time goes back by a frame at most."""
 
 
 class Losses(Protocol):

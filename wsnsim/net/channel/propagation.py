@@ -1,7 +1,11 @@
 """How much power of one node arrives at another.
 
-A propagation model is a plain callable: node positions in, the loss between
-any two of them out. Whatever it models must not change while a run lasts.
+A propagation model gives the loss between pairs of nodes, so that a large network
+need not ask for all of them, and how far a loss reaches at most. Whatever it models
+must not change while a run lasts.
+
+Two nodes at one place are allowed: no model's loss falls any more below its reference
+distance, so they are to each other what nodes at that distance are.
 
 References
 ----------
@@ -9,17 +13,33 @@ Rappaport, Wireless Communications (2nd ed., 2002), sec. 4.11.1 (log-distance
 path loss).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
-from typing import TypeAlias
+from typing import Protocol
 
 import numpy as np
 
-from wsnsim.types import FloatArray
+from wsnsim.types import FloatArray, IntArray
 
-Propagation: TypeAlias = Callable[[FloatArray], FloatArray]
-"""Positions (n, 3) [m] to path loss (n, n) [dB], [i, j] from node i to node j; the diagonal is not used."""
+
+class Propagation(Protocol):
+    """Path loss between fixed nodes."""
+
+    def loss_db(self, positions: FloatArray, senders: IntArray, receivers: IntArray) -> FloatArray:
+        """Return what is lost on the way from nodes to others.
+
+        Parameters
+        ----------
+        positions : (n, 3) - where the nodes are [m]
+        senders, receivers : (m,), (m,) - pairs of different nodes
+
+        Returns
+        -------
+        (m,) - path loss [dB]
+        """
+
+    def reach_m(self, positions: FloatArray, loss_db: float) -> float:
+        """Return a distance beyond which no pair of nodes at `positions` (n, 3) loses less [m]."""
 
 
 @dataclass(frozen=True)
@@ -42,27 +62,46 @@ class LogDistance:
     reference_distance_m: float = 1.0
 
     def __post_init__(self) -> None:
-        for name in ("exponent", "reference_distance_m"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name}: must be positive, got {getattr(self, name)}")
+        check_positive(self, "exponent", "reference_distance_m")
 
-    def __call__(self, positions: FloatArray) -> FloatArray:
-        """Return the loss between all nodes.
-
-        Parameters
-        ----------
-        positions : (n, 3) - where the nodes are [m]
-
-        Returns
-        -------
-        (n, n) - path loss [dB]
-        """
-        return self.at(distances(positions))
-
-    def at(self, distance_m: FloatArray) -> FloatArray:
-        """Return the loss at distances [m] of any shape [dB]."""
-        ratio = np.maximum(distance_m / self.reference_distance_m, 1.0)
+    def loss_db(self, positions: FloatArray, senders: IntArray, receivers: IntArray) -> FloatArray:
+        """Return the loss (m,) from nodes to others [dB]."""
+        ratio = np.maximum(apart_m(positions, senders, receivers) / self.reference_distance_m, 1.0)
         return np.asarray(self.reference_loss_db + 10.0 * self.exponent * np.log10(ratio))
+
+    def reach_m(self, positions: FloatArray, loss_db: float) -> float:
+        """Return the distance at which the loss is `loss_db` [m]."""
+        over_db = loss_db - self.reference_loss_db
+        return 0.0 if over_db < 0.0 else self.reference_distance_m * _ratio(over_db, 10.0 * self.exponent)
+
+
+class Altered:
+    """A propagation that adds to another what belongs to nodes, to pairs or to places."""
+
+    mean: Propagation
+
+
+def mean_of(propagation: Propagation) -> Propagation:
+    """Return the path loss by distance alone, which holds at any place."""
+    while isinstance(propagation, Altered):
+        propagation = propagation.mean
+    return propagation
+
+
+def apart_m(positions: FloatArray, senders: IntArray, receivers: IntArray) -> FloatArray:
+    """Return how far nodes are from others.
+
+    Parameters
+    ----------
+    positions : (n, 3) - where the nodes are [m]
+    senders, receivers : (m,), (m,) - pairs of nodes
+
+    Returns
+    -------
+    (m,) - distance [m]
+    """
+    offsets = positions[senders] - positions[receivers]
+    return np.asarray(np.sqrt(np.einsum("mk,mk->m", offsets, offsets)))
 
 
 def distances(positions: FloatArray) -> FloatArray:
@@ -80,44 +119,24 @@ def distances(positions: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.einsum("ijk,ijk->ij", offsets, offsets)))
 
 
-def received_dbm(propagation: Propagation, positions: FloatArray, tx_power_dbm: float) -> FloatArray:
-    """Return the power that arrives.
-
-    Parameters
-    ----------
-    propagation : the path loss
-    positions : (n, 3) - where the nodes are [m]
-    tx_power_dbm : what every node sends [dBm]
-
-    Returns
-    -------
-    (n, n) - power of node i at node j [dBm], minus infinity on the diagonal
-    """
-    power = np.asarray(tx_power_dbm - propagation(positions), dtype=np.float64).copy()
-    np.fill_diagonal(power, -inf)
-    return power
-
-
-def range_m(propagation: Propagation, loss_db: float, longest_m: float = 1e5) -> float:
-    """Return the distance at which the loss between two lone nodes reaches `loss_db` [m].
-
-    Parameters
-    ----------
-    propagation : the path loss, not falling with distance
-    loss_db : largest loss that may be [dB]
-    longest_m : where the search ends [m]
-    """
-    low, high = 0.0, longest_m
-    for _ in range(60):
-        middle = (low + high) / 2.0
-        pair = np.array([[0.0, 0.0, 0.0], [middle, 0.0, 0.0]])
-        if float(propagation(pair)[0, 1]) <= loss_db:
-            low = middle
-        else:
-            high = middle
-    return low
+def every_pair(nodes: int) -> tuple[IntArray, IntArray]:
+    """Return all ordered pairs of different nodes, (m,) and (m,), by sender, then by receiver."""
+    senders, receivers = np.nonzero(~np.eye(nodes, dtype=np.bool_))
+    return senders, receivers
 
 
 def to_mw(power_dbm: float) -> float:
     """Turn decibels over a milliwatt [dBm] into milliwatts [mW]."""
     return float(10.0 ** (power_dbm / 10.0))
+
+
+def check_positive(model: object, *names: str) -> None:
+    """Raise ValueError where one of a model's numbers is not positive."""
+    for name in names:
+        if not getattr(model, name) > 0.0:
+            raise ValueError(f"{name}: must be positive, got {getattr(model, name)}")
+
+
+def _ratio(decibels: float, per_decade: float) -> float:
+    """Return the ratio of distances over which the loss grows by so much; infinite where no float is."""
+    return inf if decibels / per_decade > 300.0 else float(10.0 ** (decibels / per_decade))

@@ -21,7 +21,7 @@ IEEE Std 802.15.4-2006: CSMA-CA, sec. 7.5.1.4 and fig. 69; spacing, sec.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -114,8 +114,7 @@ class CsmaCaFamily:
         return csma_ca_service_ns(mpdu_bytes, contenders, self._config.min_be)
 
 
-@dataclass(frozen=True, slots=True)
-class _Job:
+class _Job(NamedTuple):
     """A data frame in the hands of the MAC."""
 
     mpdu: bytes
@@ -150,6 +149,7 @@ class CsmaCa:
         self._attempts = self._busy = self._exponent = 0
         self._timer: Call | None = None
         self._answer: Call | None = None
+        self._ack: Transmission | None = None
         self._answering = False
         self._spaced_ns: Nanoseconds = 0
 
@@ -192,13 +192,13 @@ class CsmaCa:
 
     def received(self, transmission: Transmission) -> None:
         """Take a frame from the radio."""
-        frame = decode_frame(transmission.mpdu)
+        frame, counters = decode_frame(transmission.mpdu), self.counters
         if isinstance(frame, MacAck):
             if self.awaits_ack:
-                self.counters.mac_rx_bytes += len(transmission.mpdu)
+                counters.mac_rx_bytes += len(transmission.mpdu)
                 self._acknowledged(frame.sequence)
             return
-        self.counters.mac_rx_bytes += len(transmission.mpdu)
+        counters.mac_rx_bytes += len(transmission.mpdu)
         if frame.ack_request:
             self._prepare_answer(frame)
         now = self._clock.now
@@ -237,10 +237,12 @@ class CsmaCa:
         self._timer = self._clock.call(end - now, self._assess)
 
     def _assess(self) -> None:
+        self.counters.cca_total += 1
         if not self._medium.busy(self._radio):
             self._medium.turn(self._radio)
             self._timer = self._clock.call(TURNAROUND_NS, self._transmit)
             return
+        self.counters.cca_busy += 1
         self._busy += 1
         if self._busy > self._config.max_csma_backoffs:
             if self._restarts < self._config.max_channel_retries:
@@ -260,9 +262,14 @@ class CsmaCa:
         if self._attempts > 1:
             self.counters.frames_retried += 1
         kind = "broadcast" if job.destination == BROADCAST else "data"
+        self.counters.attempts += kind == "data"
         self._put_on_air(
             Transmission(self._address, job.mpdu, job.destination, job.meant, kind, self._attempts, job.cargo)
         )
+
+    def _acknowledge(self) -> None:
+        assert self._ack is not None
+        self._put_on_air(self._ack)
 
     def _put_on_air(self, frame: Transmission) -> None:
         self.counters.frames_tx += 1
@@ -277,6 +284,7 @@ class CsmaCa:
             self._unacknowledged()
 
     def _unacknowledged(self) -> None:
+        self.counters.attempts_failed += 1
         self._stop_waiting()
         if self._attempts > self._config.max_frame_retries:
             self._finish(Outcome.NO_ACK)
@@ -299,10 +307,10 @@ class CsmaCa:
         """Turn round for an acknowledgement; CSMA begins anew after it."""
         self._answering = True
         self._medium.turn(self._radio)
-        ack = Transmission(
+        self._ack = Transmission(
             self._address, MacAck(frame.sequence).encode(), frame.source, (frame.source,), "ack"
         )
-        self._answer = self._clock.call(TURNAROUND_NS, lambda: self._put_on_air(ack))
+        self._answer = self._clock.call(TURNAROUND_NS, self._acknowledge)
         if self.awaits_ack:
             self._unacknowledged()
         elif self._timer is not None:

@@ -11,8 +11,8 @@ frame, sec. 7.2.2.2; acknowledgement, sec. 7.2.2.3; FCS, sec. 7.2.1.9.
 """
 
 from binascii import crc_hqx
-from dataclasses import dataclass
 from struct import Struct
+from typing import NamedTuple
 
 from wsnsim.errors import DecodeError
 from wsnsim.net.phy.ieee802154 import MAX_MPDU_BYTES
@@ -45,8 +45,7 @@ def frame_check(data: bytes) -> int:
     return _REVERSED[crc >> 8] | _REVERSED[crc & 0xFF] << 8
 
 
-@dataclass(frozen=True, slots=True)
-class MacData:
+class MacData(NamedTuple):
     """A data frame."""
 
     sequence: int
@@ -73,8 +72,7 @@ class MacData:
         return body + _FCS.pack(frame_check(body))
 
 
-@dataclass(frozen=True, slots=True)
-class MacAck:
+class MacAck(NamedTuple):
     """An acknowledgement; it names the frame by its sequence number and nobody by address."""
 
     sequence: int
@@ -109,11 +107,5 @@ def decode_frame(mpdu: bytes) -> MacData | MacAck:
             f"got frame control 0x{control:04x} (type {control & _TYPE_MASK}) in {len(mpdu)} B"
         )
     _, _, pan, destination, source = _DATA_HEADER.unpack_from(body)
-    return MacData(
-        sequence=sequence,
-        pan=pan,
-        destination=destination,
-        source=source,
-        payload=body[_DATA_HEADER.size :],
-        ack_request=bool(control & _ACK_REQUEST),
-    )
+    payload = body[_DATA_HEADER.size :]
+    return MacData(sequence, pan, destination, source, payload, ack_request=bool(control & _ACK_REQUEST))

@@ -1,21 +1,17 @@
 """What the channel, the MACs and the routing know of a physical layer, whatever its standard."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from dataclasses import dataclass
+from typing import Any, Protocol
 
+from wsnsim.hardware.ledger import StateTimes
 from wsnsim.types import Nanoseconds
-
-if TYPE_CHECKING:
-    from wsnsim.net.clock import Call
-    from wsnsim.net.phy.medium import Radio, Reception
 
 BROADCAST = 0xFFFF
 """The address that every node takes for its own (IEEE Std 802.15.4-2006, sec. 7.5.6.2)."""
 
 
 class Phy(Protocol):
-    """A physical layer. A `mode` is one of its bit rates; every frame has one."""
+    """A physical layer. A `mode` is one of its bit rates; every frame has one. Mode 0 is that of data."""
 
     @property
     def turnaround_ns(self) -> Nanoseconds:
@@ -26,8 +22,16 @@ class Phy(Protocol):
         """Length of the window of clear channel assessment [ns]."""
 
     @property
+    def preamble_ns(self) -> Nanoseconds:
+        """How long a receiver that has noticed a frame can still turn to a stronger one [ns]."""
+
+    @property
     def max_mpdu_bytes(self) -> int:
         """Longest frame, frame check sequence included [B]."""
+
+    @property
+    def control_mode(self) -> int:
+        """The mode of acknowledgements and broadcasts."""
 
     @property
     def bit_rate_bps(self) -> float:
@@ -51,20 +55,22 @@ class Phy(Protocol):
 
 
 class RadioMeter(Protocol):
-    """Learns each change of one radio's state; whoever prices it keeps the time between two calls.
+    """Keeps the account of one radio; it asks for the times of its states when it needs them.
 
-    Causes: `listen` (receiver on: waiting, in backoff, assessing the channel or turning round),
-    `receive` (locked on a frame), `transmit`, and `sleep` (off).
+    States: `listen` (receiver on: waiting, in backoff, assessing the channel or turning round),
+    `receive` (locked on a frame), `transmit`, `sleep` (off) and `start` (its crystal starts). Their
+    times add up to all that has passed since the radio was switched on.
     """
 
-    def enter(self, now_ns: Nanoseconds, cause: str) -> None:
-        """Note that the state `cause` begins now."""
+    def attend(self, times: StateTimes) -> None:
+        """Begin the account: the radio has just been switched on."""
 
 
 class Listener(Protocol):
     """The MAC above a radio."""
 
     awaits_ack: bool
+    """Whether it takes an acknowledgement that names nobody; it becomes true in `sent` only."""
 
     def received(self, transmission: "Transmission") -> None:
         """Take a frame that was received without error."""
@@ -95,7 +101,3 @@ class Transmission:
     """The bit rate, as the physical layer numbers them."""
     start_ns: Nanoseconds = 0
     end_ns: Nanoseconds = 0
-    power_mw: Mapping[int, float] = field(default_factory=dict)
-    locked: "list[Radio]" = field(default_factory=list)
-    receptions: "list[Reception]" = field(default_factory=list)
-    ending: "Call | None" = None

@@ -11,6 +11,7 @@ format, sec. 6.3; PHY constants, table 22; MAC constants, table 85; MAC PIB,
 table 86; CCA, sec. 6.9.9; bit error rate, annex E, sec. E.4.1.8.
 """
 
+from functools import lru_cache
 from math import comb, exp, log1p
 
 from wsnsim.types import Nanoseconds
@@ -26,6 +27,8 @@ MAX_MPDU_BYTES = 127
 """aMaxPHYPacketSize (table 22)."""
 SYNC_NS: Nanoseconds = 12 * SYMBOL_NS
 """Preamble (8 symbols), start-of-frame delimiter (2) and PHY header (2), sec. 6.3."""
+PREAMBLE_NS: Nanoseconds = 10 * SYMBOL_NS
+"""Preamble and start-of-frame delimiter: until then a receiver is not committed to a frame (sec. 6.3)."""
 TURNAROUND_NS: Nanoseconds = 12 * SYMBOL_NS
 """aTurnaroundTime (table 22), both ways."""
 CCA_NS: Nanoseconds = 8 * SYMBOL_NS
@@ -81,9 +84,15 @@ def bit_error_rate(sinr: float) -> float:
     return rate
 
 
+@lru_cache(maxsize=1 << 16)
+def _log_bit_success(sinr: float) -> float:
+    # Links are fixed, and the same few of them meet again and again.
+    return log1p(-bit_error_rate(sinr))
+
+
 def log_success(sinr: float, bits: float) -> float:
     """Return the natural logarithm of the probability that `bits` bits at one SINR are all right."""
-    return bits * log1p(-bit_error_rate(sinr))
+    return bits * _log_bit_success(sinr)
 
 
 def frame_success(sinr: float, mpdu_bytes: int) -> float:
@@ -102,7 +111,9 @@ class OQpsk:
 
     turnaround_ns = TURNAROUND_NS
     cca_ns = CCA_NS
+    preamble_ns = PREAMBLE_NS
     max_mpdu_bytes = MAX_MPDU_BYTES
+    control_mode = 0
     bit_rate_bps = BIT_RATE_BPS
 
     def air_time_ns(self, mpdu_bytes: int, mode: int = 0) -> Nanoseconds:
@@ -111,7 +122,7 @@ class OQpsk:
 
     def log_success(self, sinr: float, since_ns: Nanoseconds, until_ns: Nanoseconds, mode: int = 0) -> float:
         """Return the logarithm of the probability that a stretch of a frame is received without error."""
-        return log_success(sinr, (until_ns - since_ns) / BIT_NS)
+        return (until_ns - since_ns) / BIT_NS * _log_bit_success(sinr)
 
     def frame_success(self, sinr: float, mpdu_bytes: int, mode: int = 0) -> float:
         """Return the probability that a whole frame is received without error at one SINR (a ratio)."""

@@ -1,73 +1,44 @@
-"""The radio channel that all nodes share, and the transceiver of each node in it.
+"""The radio channel that all nodes share: who sends, who hears it, and which frames get through.
 
-Who sends, who hears it and how loud; who is deaf (sending, turning round, or
-locked on another frame); which frames overlap, and which of them are received.
 A receiver locks on the first frame whose preamble it can make out and stays
-with it until it ends, whatever comes over it. Nothing happens at a receiver
-but at the begin and the end of a frame: a frame takes two events, however many
-nodes hear it.
+with it until it ends, whatever comes over it; in the mode `capture` a frame
+that is enough stronger than all others takes it over while it is still at the
+preamble. Nothing happens at a receiver but at the begin and the end of a
+frame: a frame takes two events and two passes over those in its sender's
+range, however many nodes and frames there are elsewhere.
 
-Left out: propagation delay, capture by a later and stronger frame, and a
-receiver that changes its mind inside a frame.
-
-References
-----------
-IEEE Std 802.15.4-2006, sec. 6.9.9: clear channel assessment by energy or by a
-reception in progress (mode 3 with OR, the CC2420's default).
+A node outside a sender's row of links knows nothing of its frames, not even as
+noise. Left out: propagation delay. Noise that changes in time is asked for
+when a node might lock on a frame, for the stretches of a reception, and at the
+end of a window of clear channel assessment, where it counts as power by
+itself.
 """
 
-from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from functools import lru_cache, partial
 from math import exp, inf, log10
 from typing import TypeAlias
 
 import numpy as np
 
+from wsnsim.kernels import radio as table
 from wsnsim.net.channel.channel import Channel
 from wsnsim.net.channel.propagation import to_mw
 from wsnsim.net.clock import Clock
 from wsnsim.net.config import RadioConfig
 from wsnsim.net.phy.base import BROADCAST, Listener, Phy, Transmission
-from wsnsim.net.phy.interference import Span, peak_power, survival
+from wsnsim.net.phy.interference import survival
+from wsnsim.net.phy.radios import NEVER, Radio, Radios, RadioTimes, view
+from wsnsim.net.phy.receptions import Reception, Receptions
+from wsnsim.net.phy.rows import Row, Rows
 from wsnsim.types import Nanoseconds
 
-_NEVER: Nanoseconds = 2**63
-
-
-@dataclass(slots=True, eq=False)
-class Radio:
-    """The transceiver of one node."""
-
-    index: int
-    enter: Callable[[Nanoseconds, str], None]
-    rng: np.random.Generator
-    listener: Listener
-    sending: Transmission | None = None
-    locked: Transmission | None = None
-    unlocked_ns: Nanoseconds = -1
-    deaf_until_ns: Nanoseconds = 0
-    on: bool = True
-    """Whether it will ever do anything again."""
-    asleep: bool = False
-    watched: bool = False
-    """Whether its listener is told when the channel becomes busy or idle."""
-    found_busy: bool = False
-    """What it was told last."""
-
-
-@dataclass(slots=True, eq=False)
-class Reception:
-    """A frame at one receiver that wants it, so far."""
-
-    radio: Radio
-    log_success: float = 0.0
-    worst_sinr: float = inf
-
+__all__ = ["FrameReport", "Medium", "Radio"]
 
 FrameReport: TypeAlias = Callable[[Transmission, int, float, str], None]
 """A frame, a receiver it was meant for, the worst SINR there [dB], and `received`, `corrupted` (locked on,
-but bits failed or the sender died) or `missed` (deaf, busy with another frame, or too weak)."""
+but bits failed, another frame captured the receiver, or the sender died) or `missed` (deaf, busy with
+another frame, or too weak)."""
 
 
 class Medium:
@@ -90,217 +61,272 @@ class Medium:
         channel: Channel,
         report: FrameReport | None = None,
     ) -> None:
-        self._clock, self._phy = clock, phy
-        self._report = report
-        self._noise_mw = to_mw(config.noise_dbm)
-        self._lock_ratio = to_mw(config.lock_sinr_db)
-        self._cca_mw = to_mw(config.cca_threshold_dbm)
-        self._whole_window = config.cca == "whole_window"
-        sensitivity_mw = to_mw(config.sensitivity_dbm)
-        self._survival = survival(config.collision, phy, self._noise_mw, sensitivity_mw)
-        self._peak_power = peak_power(config.cca)
-        weakest_mw = max(sensitivity_mw, self._lock_ratio * self._noise_mw)
-        links = channel.links
-        self._rows: list[dict[int, float]] = []
-        self._hearers: list[list[int]] = []
-        for sender in range(links.nodes):
-            row = links.row(sender)
-            powers = dict(zip(links.receivers[row].tolist(), links.power_mw[row].tolist(), strict=True))
-            self._rows.append(powers)
-            self._hearers.append([at for at, power in powers.items() if power >= weakest_mw])
+        self._clock, self._phy, self._report = clock, phy, report
+        self._noise, self._losses = channel.noise, channel.losses
+        self._noise_mw, self._cca_mw = to_mw(config.noise_dbm), to_mw(config.cca_threshold_dbm)
+        nodes = channel.links.nodes
+        rows = self._rows = Rows(channel.links, self._noise_mw, channel.fading)
+        cca, self._sensitivity = rows.count(self._cca_mw), rows.count(to_mw(config.sensitivity_dbm))
+        self._states = Radios(nodes, rows.count(self._noise_mw), cca, config.cca, phy.cca_ns)
+        self._receptions = Receptions(
+            survival(config, phy), rows.unit_mw, self._noise_mw, channel.noise, report is not None
+        )
+        self._air_ns = lru_cache(maxsize=None)(phy.air_time_ns)
         self._radios: list[Radio] = []
-        self._active: list[Transmission] = []
-        self._recent: deque[Transmission] = deque()
-        self._chunk_ns: Nanoseconds = 0
+        self._endings: list[Callable[[], None]] = []
+        self._row_of: list[Row] = []
+        self._receiving: list[Reception | None] = []
+        self._awaiting: set[int] = set()
+        self._overhearing: set[int] | None = None
+        reports = np.zeros((5, nodes + 1), dtype=np.int64)
+        self._changed, self._before, self._loud, self._locks, self._told = map(view, reports)
+        common = (self._states.table, rows.receivers, reports, self._sensitivity, cca)
+        lock_ratio, capture_ratio = to_mw(config.lock_sinr_db), to_mw(config.capture_db)
+        capture_ns = phy.preamble_ns if config.collision == "capture" else -1
+        self._begin = partial(table.begin_frame.compiled, *common, lock_ratio, capture_ratio, capture_ns)
+        self._finish = partial(table.end_frame.compiled, *common, phy.turnaround_ns)
 
-    def add(
-        self, enter: Callable[[Nanoseconds, str], None], rng: np.random.Generator, listener: Listener
-    ) -> Radio:
+    def add(self, rng: np.random.Generator, listener: Listener) -> Radio:
         """Switch on the radio of the next node (in the order of the links) and return it."""
-        radio = Radio(len(self._radios), enter, rng, listener)
+        radio = Radio(len(self._radios), rng, listener, self._clock.now)
         self._radios.append(radio)
-        enter(self._clock.now, "listen")
+        self._endings.append(partial(self._end, radio))
+        self._row_of.append(self._rows.of(radio))
+        self._receiving.append(None)
+        self._states.open(radio.index, self._clock.now)
         return radio
 
+    def times(self, radio: Radio) -> RadioTimes:
+        """Return the account of how long a radio has been in each of its states."""
+        return RadioTimes(self._states, radio.index)
+
     def turn(self, radio: Radio) -> None:
-        """Make a radio turn from receiving to sending: it hears nothing more until it has sent."""
-        self._unlock(radio, self._clock.now)
-        radio.deaf_until_ns = _NEVER
+        """Make a radio turn from receiving to sending: it hears nothing more until it has sent.
+
+        A listener that watches the channel learns what this changes with the next frame.
+        """
+        at = radio.index
+        if self._receiving[at] is not None:
+            self._give_up(at)
+        self._states.turn(radio, self._clock.now)
 
     def transmit(self, frame: Transmission) -> None:
         """Put a frame on the air; the sender has turned."""
-        now = self._clock.now
-        self._close_chunk(now)
-        sender = self._radios[frame.sender]
-        frame.start_ns, frame.power_mw = now, self._rows[frame.sender]
-        air_ns = self._phy.air_time_ns(len(frame.mpdu), frame.mode)
-        frame.end_ns = now + air_ns
-        frame.ending = self._clock.call(air_ns, lambda: self._end(frame), first=True)
-        sender.sending = frame
-        sender.enter(now, "transmit")
-        quiet = not self._active
-        for at in self._hearers[frame.sender]:
-            radio = self._radios[at]
-            if radio.locked is None and now >= radio.deaf_until_ns and (quiet or self._audible(frame, at)):
-                self._lock(radio, frame)
-        self._active.append(frame)
-        self._tell_watchers(frame)
+        now, sender = self._clock.now, frame.sender
+        row = self._row_of[sender]
+        air_ns = self._air_ns(len(frame.mpdu), frame.mode)
+        frame.start_ns, frame.end_ns = now, now + air_ns
+        row.frame = row.radio.sending = frame
+        row.ending = self._clock.call(air_ns, self._endings[sender], first=True)
+        row.receptions = []
+        self._rows.fade(row, now)
+        if self._noise is not None:
+            self._ask_noise(row)
+        reports = self._begin(row.powers, row.first, row.start, row.stop, sender, now)
+        if reports:
+            changed = reports & table.COUNT_MASK
+            if changed:
+                self._account(changed, now)
+            locks = reports >> table.LOCKS_SHIFT & table.COUNT_MASK
+            if locks:
+                self._receive(row, frame, locks)
+            told = reports >> table.CARRIER_SHIFT
+            if told:
+                self._tell(told)
 
     def busy(self, radio: Radio) -> bool:
-        """Return whether the 8-symbol window that ends now shows a busy channel to `radio`."""
+        """Return whether the window of clear channel assessment that ends now shows a busy channel."""
         now = self._clock.now
-        since = now - self._phy.cca_ns
-        if radio.locked is not None and radio.locked.start_ns < now:
+        if self._states.assess(radio.index, now):
             return True
-        if self._whole_window and radio.unlocked_ns > since:
-            return True
-        spans: list[Span] = [
-            (frame.start_ns, frame.end_ns, frame.power_mw.get(radio.index, 0.0))
-            for frame in (*self._recent, *self._active)
-            if frame.start_ns < now and frame.end_ns > since
-        ]
-        return bool(spans) and self._peak_power(spans, since, now) >= self._cca_mw
+        return self._noise is not None and self._noise.level_mw(radio.index, now) >= self._cca_mw
 
     def sleep(self, radio: Radio) -> None:
         """Switch a radio off for a while; it must not be sending."""
         self.turn(radio)
         radio.asleep = True
-        radio.enter(self._clock.now, "sleep")
+        self._states.enter(radio.index, table.SLEEP, self._clock.now)
+
+    def start(self, radio: Radio) -> None:
+        """Let the crystal of a sleeping radio start: it hears nothing yet, but draws more than asleep."""
+        self._states.enter(radio.index, table.START, self._clock.now)
 
     def wake(self, radio: Radio) -> None:
         """Switch a sleeping radio on: it listens at once, and hears the frames that begin from now on."""
         radio.asleep = False
-        radio.deaf_until_ns = self._clock.now
-        radio.enter(self._clock.now, "listen")
+        self._states.deafen(radio, self._clock.now)
+        self._states.enter(radio.index, table.LISTEN, self._clock.now)
 
     def listen(self, radio: Radio) -> None:
         """Let a radio that had turned to sending hear again, though it has not sent."""
-        radio.deaf_until_ns = self._clock.now
+        self._states.deafen(radio, self._clock.now)
 
     def watch(self, radio: Radio) -> bool:
         """Tell the radio's listener from now on when the channel becomes busy or idle; return which it is.
 
-        Busy: a reception is in progress, or more power than the CCA threshold arrives now.
+        Busy: a reception is in progress, or as much power as the CCA threshold arrives now. What the
+        radio sends itself is not in it, though what arrives meanwhile is. Changes are told when a
+        frame in the node's range begins or ends.
         """
-        radio.watched = True
-        radio.found_busy = self._busy_now(radio)
-        return radio.found_busy
+        return self._states.watch(radio.index, True)
 
     def unwatch(self, radio: Radio) -> None:
         """Tell it nothing more."""
-        radio.watched = False
+        self._states.watch(radio.index, False)
 
     def silence(self, radio: Radio) -> None:
         """Switch a radio off for good; what it was sending is cut off and lost."""
         self.turn(radio)
+        self.unwatch(radio)
         radio.on = False
-        frame = radio.sending
-        if frame is not None:
-            if frame.ending is not None:
-                frame.ending.cancel()
-            frame.end_ns = self._clock.now
-            self._leave(frame)
-            for reception in frame.receptions:
+        row = self._row_of[radio.index]
+        if row.frame is not None:
+            assert row.ending is not None
+            row.ending.cancel()
+            row.frame.end_ns = self._clock.now
+            frame, told = self._leave(row)
+            for reception in row.receptions:
                 reception.log_success = -inf
-            self._release(frame)
-            radio.sending = None
-        radio.enter(self._clock.now, "sleep")
+            self._release(row, frame)
+            self._states.deafen(radio, NEVER)
+            if told:
+                self._tell(told)
+        self._states.enter(radio.index, table.SLEEP, self._clock.now)
 
-    def _busy_now(self, radio: Radio) -> bool:
-        if radio.locked is not None:
-            return True
-        return sum(frame.power_mw.get(radio.index, 0.0) for frame in self._active) >= self._cca_mw
+    def _ask_noise(self, row: Row) -> None:
+        """Ask for the noise where a frame might be noticed."""
+        assert self._noise is not None
+        now, radios = self._clock.now, self._states.table
+        receivers = self._rows.receivers[row.start : row.stop]
+        powers = row.powers[row.start - row.first : row.stop - row.first]
+        free = (radios[receivers, table.LOCKED] < 0) & (radios[receivers, table.DEAF_NS] <= now)
+        for at in receivers[free & (powers >= self._sensitivity)].tolist():
+            radios[at, table.NOISE] = self._rows.count(self._noise.level_mw(at, now))
 
-    def _tell_watchers(self, frame: Transmission) -> None:
-        for at in frame.power_mw:
-            radio = self._radios[at]
-            if radio.watched:
-                busy = self._busy_now(radio)
-                if busy is not radio.found_busy:
-                    radio.found_busy = busy
-                    radio.listener.carrier(busy)
+    def _receive(self, row: Row, frame: Transmission, locks: int) -> None:
+        """Keep account of a frame where it is for somebody who has locked on it."""
+        if frame.address == BROADCAST:
+            nodes: Sequence[int] = [self._rows.receiver_of[link] for link in self._locks[:locks]]
+        else:
+            nodes = self._takers(frame)
+        sender, lost, log_success = frame.sender, self._losses, 0.0
+        for at in nodes:
+            if self._states.locked(at) != sender:
+                continue
+            if lost is not None:
+                log_success = lost.log_success(sender, at, frame.start_ns)
+            arriving_mw, arriving = self._rows.arriving(row, at)
+            reception = Reception(frame, self._radios[at], arriving_mw, arriving, frame.start_ns, log_success)
+            row.receptions.append(reception)
+            self._receiving[at] = reception
+            self._states.want(at)
 
-    def _audible(self, frame: Transmission, at: int) -> bool:
-        others = sum(other.power_mw.get(at, 0.0) for other in self._active)
-        return frame.power_mw.get(at, 0.0) >= self._lock_ratio * (self._noise_mw + others)
+    def _takers(self, frame: Transmission) -> Sequence[int]:
+        """Return the nodes that would take a frame which is not a broadcast."""
+        if self._overhearing is None:
+            self._overhearing = {radio.index for radio in self._radios if radio.overhear is not None}
+        takers = self._overhearing
+        if self._awaiting and frame.kind == "ack":
+            # Such a frame may name nobody, and then all who wait for one take it.
+            self._awaiting = {at for at in self._awaiting if self._radios[at].listener.awaits_ack}
+            takers = takers | self._awaiting
+        named = frame.address < len(self._radios)
+        if not takers:
+            return (frame.address,) if named else ()
+        return sorted(takers | {frame.address} if named else takers)
 
-    def _lock(self, radio: Radio, frame: Transmission) -> None:
-        radio.locked = frame
-        frame.locked.append(radio)
-        radio.enter(frame.start_ns, "receive")
-        wanted = frame.address in (radio.index, BROADCAST)
-        if wanted or (frame.kind == "ack" and radio.listener.awaits_ack):
-            frame.receptions.append(Reception(radio))
+    def _account(self, changed: int, now: Nanoseconds) -> None:
+        """Note what receptions have met until now, where that changes."""
+        for number in range(changed):
+            at = self._changed[number]
+            reception = self._receiving[at]
+            assert reception is not None
+            self._receptions.account(reception, self._before[number], self._loud[number], now)
+            # A frame that captures the receiver has locked it already; the one that ends has unlocked it.
+            if self._states.locked(at) not in (reception.frame.sender, -1):
+                reception.given_up, self._receiving[at] = True, None
 
-    def _unlock(self, radio: Radio, now: Nanoseconds) -> None:
-        if radio.locked is not None:
-            radio.locked = None
-            radio.unlocked_ns = now
-            radio.enter(now, "listen")
+    def _give_up(self, at: int) -> None:
+        """Let a node turn away from the frame that is for it."""
+        reception = self._receiving[at]
+        assert reception is not None
+        total, loud = self._states.arriving(at)
+        self._receptions.account(reception, total, loud, self._clock.now)
+        reception.given_up, self._receiving[at] = True, None
 
-    def _close_chunk(self, now: Nanoseconds) -> None:
-        """Account for the stretch since the last frame began or ended, in which nothing changed."""
-        since, self._chunk_ns = self._chunk_ns, now
-        if now == since:
-            return
-        for frame in self._active:
-            stretch = (max(since, frame.start_ns) - frame.start_ns, now - frame.start_ns, frame.mode)
-            for reception in frame.receptions:
-                at = reception.radio.index
-                wanted = frame.power_mw.get(at, 0.0)
-                others = [other.power_mw.get(at, 0.0) for other in self._active if other is not frame]
-                reception.log_success += self._survival(wanted, others, stretch)
-                if self._report is not None:
-                    sinr = wanted / (self._noise_mw + sum(others))
-                    reception.worst_sinr = min(reception.worst_sinr, sinr)
+    def _leave(self, row: Row) -> tuple[Transmission, int]:
+        """Take a sender's frame off the air; return it, and how many watchers have something to learn."""
+        frame, radio, now = row.frame, row.radio, self._clock.now
+        assert frame is not None
+        row.frame = radio.sending = None
+        reports = self._finish(row.powers, row.first, row.start, row.stop, radio.index, now)
+        radio.deaf_until_ns = now + self._phy.turnaround_ns
+        changed = reports & table.COUNT_MASK
+        if changed:
+            self._account(changed, now)
+        return frame, reports >> table.CARRIER_SHIFT
 
-    def _leave(self, frame: Transmission) -> None:
-        now = self._clock.now
-        self._close_chunk(now)
-        self._active.remove(frame)
-        while self._recent and self._recent[0].end_ns <= now - self._phy.cca_ns:
-            self._recent.popleft()
-        self._recent.append(frame)
-
-    def _end(self, frame: Transmission) -> None:
-        self._leave(frame)
-        now = self._clock.now
-        sender = self._radios[frame.sender]
-        sender.sending = None
-        sender.deaf_until_ns = now + self._phy.turnaround_ns
-        sender.enter(now, "listen")
-        got = self._release(frame)
-        self._tell_watchers(frame)
-        for radio in got:
+    def _end(self, radio: Radio) -> None:
+        row = self._row_of[radio.index]
+        frame, told = self._leave(row)
+        got, failed = self._release(row, frame)
+        if told:
+            self._tell(told)
+        for receiver in got:
             # What one receiver does with a frame may stop another, or the sender.
-            if radio.on:
-                radio.listener.received(frame)
-        if sender.on:
-            sender.listener.sent(frame)
+            if receiver.on:
+                if receiver.overhear is None or frame.address in (receiver.index, BROADCAST):
+                    receiver.listener.received(frame)
+                else:
+                    receiver.overhear(frame)
+        for receiver in failed:
+            if receiver.on and receiver.overhear is not None:
+                receiver.overhear(None)
+        if radio.on:
+            radio.listener.sent(frame)
+            if radio.listener.awaits_ack:
+                self._awaiting.add(radio.index)
 
-    def _release(self, frame: Transmission) -> list[Radio]:
-        """Unlock a frame's receivers and return those that got it."""
-        now = self._clock.now
+    def _release(self, row: Row, frame: Transmission) -> tuple[list[Radio], list[Radio]]:
+        """Return who has received a frame that has just left the air, and who stayed with it in vain."""
         got: list[Radio] = []
-        for reception in frame.receptions:
+        failed: list[Radio] = []
+        for reception in row.receptions:
             radio, log_success = reception.radio, reception.log_success
-            stayed = radio.locked is frame
-            if stayed and (log_success == 0.0 or radio.rng.random() < exp(log_success)):
+            if reception.given_up:
+                continue
+            self._receiving[radio.index] = None
+            if log_success == 0.0 or radio.rng.random() < exp(log_success):
                 got.append(radio)
+            else:
+                failed.append(radio)
         if self._report is not None:
-            self._describe(self._report, frame, [radio.index for radio in got])
-        for radio in frame.locked:
-            if radio.locked is frame:
-                self._unlock(radio, now)
-        return got
+            self._describe(self._report, row, frame, got)
+        return got, failed
 
-    def _describe(self, report: FrameReport, frame: Transmission, got: Sequence[int]) -> None:
-        tried = {reception.radio.index: reception for reception in frame.receptions}
+    def _tell(self, told: int) -> None:
+        """Tell watchers what has become of the channel."""
+        for at in self._told[:told].tolist():
+            listens, busy = self._states.told(at)
+            if listens:
+                self._radios[at].listener.carrier(busy)
+
+    def _describe(self, report: FrameReport, row: Row, frame: Transmission, got: list[Radio]) -> None:
+        tried = {reception.radio.index: reception for reception in row.receptions}
         for at in frame.meant:
             reception = tried.get(at)
-            if reception is None:
-                others = sum(other.power_mw.get(at, 0.0) for other in self._active)
-                sinr, outcome = frame.power_mw.get(at, 0.0) / (self._noise_mw + others), "missed"
+            outcome = "missed" if reception is None else "corrupted"
+            if reception is None or reception.worst_sinr == inf:
+                sinr = self._sinr(row, at)
             else:
-                sinr, outcome = reception.worst_sinr, "received" if at in got else "corrupted"
+                sinr, outcome = reception.worst_sinr, "received" if reception.radio in got else "corrupted"
             report(frame, at, 10.0 * log10(sinr) if sinr > 0.0 else -inf, outcome)
+
+    def _sinr(self, row: Row, at: int) -> float:
+        """Return the SINR that a frame which has just ended had at a node in the end."""
+        arriving_mw, arriving = self._rows.arriving(row, at)
+        if arriving == 0:
+            return 0.0
+        noise_mw = self._noise_mw if self._noise is None else self._noise.level_mw(at, self._clock.now)
+        total, _ = self._states.arriving(at)
+        return arriving_mw / (noise_mw + total * self._rows.unit_mw)

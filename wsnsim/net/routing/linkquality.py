@@ -10,6 +10,7 @@ from math import inf, log10
 
 import numpy as np
 
+from wsnsim.net.channel.links import Links
 from wsnsim.net.config import RadioConfig
 from wsnsim.net.phy.base import Phy
 from wsnsim.types import FloatArray
@@ -49,30 +50,38 @@ def weakest_usable_dbm(phy: Phy, radio: RadioConfig, success: float) -> float:
     return max(radio.sensitivity_dbm, radio.noise_dbm + needed_db)
 
 
-def frame_successes(power_dbm: FloatArray, phy: Phy, radio: RadioConfig, mpdu_bytes: int) -> FloatArray:
+def weakest_heard_dbm(radio: RadioConfig) -> float:
+    """Return the power below which a receiver notices nothing, undisturbed [dBm]."""
+    return max(radio.sensitivity_dbm, radio.noise_dbm + radio.lock_sinr_db)
+
+
+def frame_successes(links: Links, phy: Phy, radio: RadioConfig, mpdu_bytes: int, mode: int = 0) -> FloatArray:
     """Return the probability that a frame arrives over each link, undisturbed.
 
     Parameters
     ----------
-    power_dbm : (n, n) - power of node i at node j [dBm]
+    links : who arrives where
     phy : what noise does to bits
     radio : noise, sensitivity and the SINR at which a receiver synchronises
     mpdu_bytes : length of the MPDU [B]
+    mode : the frame's bit rate
 
     Returns
     -------
-    (n, n) - from node i to node j [-]
+    (m,) - for each link [-]
     """
-    weakest_dbm = max(radio.sensitivity_dbm, radio.noise_dbm + radio.lock_sinr_db)
-    success = np.zeros_like(power_dbm)
-    for link in np.argwhere(power_dbm >= weakest_dbm):
-        sinr = 10.0 ** ((float(power_dbm[tuple(link)]) - radio.noise_dbm) / 10.0)
-        success[tuple(link)] = phy.frame_success(sinr, mpdu_bytes)
-    return success
+    heard = links.power_dbm >= weakest_heard_dbm(radio)
+    # both directions of a link are often equal
+    power_dbm, places = np.unique(links.power_dbm[heard], return_inverse=True)
+    success = np.zeros_like(links.power_dbm)
+    sinrs = (10.0 ** ((dbm - radio.noise_dbm) / 10.0) for dbm in map(float, power_dbm))
+    each = (phy.frame_success(sinr, mpdu_bytes, mode) for sinr in sinrs)
+    success[heard] = np.fromiter(each, np.float64, len(power_dbm))[places]
+    return success if links.delivery is None else success * links.delivery
 
 
 def expected_transmissions(
-    power_dbm: FloatArray, phy: Phy, radio: RadioConfig, frame_bytes: int, ack_bytes: int
+    links: Links, phy: Phy, radio: RadioConfig, frame_bytes: int, ack_bytes: int
 ) -> FloatArray:
     """Return ETX = 1 / (p_f p_r): how often a frame is sent until its acknowledgement is heard.
 
@@ -82,7 +91,7 @@ def expected_transmissions(
 
     Parameters
     ----------
-    power_dbm : (n, n) - power of node i at node j [dBm], minus infinity on the diagonal
+    links : who arrives where
     phy : what noise does to bits
     radio : noise, sensitivity and the SINR at which a receiver synchronises
     frame_bytes : length of the frame's MPDU [B]
@@ -90,12 +99,12 @@ def expected_transmissions(
 
     Returns
     -------
-    (n, n) - from node i to node j [-], infinite where nothing arrives
+    (m,) - for each link [-], infinite where nothing arrives
 
     References
     ----------
     De Couto et al. (2003), sec. 3.
     """
-    forward = frame_successes(power_dbm, phy, radio, frame_bytes)
-    both = forward * frame_successes(power_dbm, phy, radio, ack_bytes).T
+    back = frame_successes(links, phy, radio, ack_bytes, phy.control_mode)[links.reverse]
+    both = frame_successes(links, phy, radio, frame_bytes) * np.where(links.reverse >= 0, back, 0.0)
     return np.divide(1.0, both, out=np.full_like(both, inf), where=both > 0.0)

@@ -25,6 +25,7 @@ from wsnsim.systems.multiview.params import MultiviewParams
 from wsnsim.systems.multiview.proposal import DRAW_FLOATS, propose, takes_part
 from wsnsim.systems.multiview.reference_model import ReferenceModel
 from wsnsim.systems.multiview.search import find
+from wsnsim.systems.multiview.thrift import fitted
 from wsnsim.systems.multiview.variants import variant
 from wsnsim.types import NodeId, Seconds
 from wsnsim.vision.frame import Frame
@@ -73,7 +74,7 @@ class CameraProgram:
         )
         self._frame = frame
         self._unanswered = set(range(len(self._site.targets)))
-        return self._answer(unused)
+        return self._answer(ctx, unused)
 
     def on_payload(self, ctx: Context, message: Received) -> Step:
         """Take what the base station says of targets, and work on the frame that waits for it."""
@@ -83,9 +84,9 @@ class CameraProgram:
                 self._sought.pop(payload.target, None)
             elif isinstance(payload, SearchPayload) and payload.target < len(self._site.targets):
                 self._sought[payload.target] = payload.step
-        return self._answer()
+        return self._answer(ctx)
 
-    def _answer(self, notes: tuple[Note, ...] = ()) -> Step:
+    def _answer(self, ctx: Context, notes: tuple[Note, ...] = ()) -> Step:
         said: list[Payload] = []
         sightings: list[Payload] = []
         work = Work()
@@ -106,6 +107,12 @@ class CameraProgram:
             work += cost
         params, rate_hz = self._params, self._site.rate_hz
         sends = []
+        if said:
+            said, cost = fitted(said, ctx.allowance_bytes)
+            work += cost
+            if not said:
+                silent = f"frame {frame.step}: no form of the answer fits {ctx.allowance_bytes:g} bytes"
+                notes = (*notes, Note("budget_silent", silent))
         if said:
             group = GroupKey(frame.step) if self._variant.fused_on_the_way else None
             sends.append(self._to_base(said, frame.step, params.deadline(rate_hz), group))

@@ -21,6 +21,7 @@ from wsnsim.systems.multiview.orientation import facing_numbers
 from wsnsim.systems.multiview.params import MultiviewParams
 from wsnsim.systems.multiview.proposal import VIEW_FLOATS, propose, takes_part
 from wsnsim.systems.multiview.reference_model import ReferenceModel
+from wsnsim.systems.multiview.thrift import fitted
 from wsnsim.systems.multiview.variants import variant
 from wsnsim.types import NodeId, Seconds
 from wsnsim.vision.frame import Frame
@@ -99,8 +100,9 @@ class RelayProgram:
             payload, cost = join(by_target[target], self._params, self._site, self._number)
             said.append(payload)
             work += cost
-        work, self._telling = work + self._telling, Work()
-        return Aggregate(batched(said), work)
+        said, cost = fitted(said, ctx.allowance_bytes)
+        work, self._telling = work + cost + self._telling, Work()
+        return Aggregate(batched(said) if said else None, work)
 
     def _sound(self, payload: MixturePayload) -> bool:
         """Tell whether a mixture can be one of this tracker's: a broken one must not spoil the others."""

@@ -1,0 +1,199 @@
+"""The transceivers of all nodes: one table of numbers, and a handle for each of them.
+
+What frames do to those who hear them is the business of two compiled kernels,
+which change the table; what a MAC does to its own radio, and what it or an
+account of energy asks of it, is here.
+
+References
+----------
+IEEE Std 802.15.4-2006, sec. 6.9.9: clear channel assessment by energy or by a
+reception in progress (mode 3 with OR, the CC2420's default).
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wsnsim.kernels.radio import (
+    ABOVE_NS,
+    BELOW_NS,
+    BURST_NS,
+    COLUMNS,
+    DEAF_NS,
+    EARLIER_BURST_NS,
+    LISTEN,
+    LOCKED,
+    LOCKED_NS,
+    LOUD,
+    NOISE,
+    SINCE_NS,
+    SLEEP,
+    SPENT_NS,
+    STATE,
+    TOLD,
+    TOTAL,
+    UNLOCKED_NS,
+    WANTED,
+    WATCHED,
+)
+from wsnsim.net.config import CcaModel
+from wsnsim.net.phy.base import Listener, Transmission
+from wsnsim.types import IntArray, Nanoseconds
+
+CAUSES = ("listen", "receive", "transmit", "sleep", "start")
+"""States of a radio, as the table numbers them."""
+NEVER: Nanoseconds = 2**62
+_LONG_AGO: Nanoseconds = -NEVER
+
+
+def view(array: NDArray[Any]) -> "memoryview[Any]":
+    """Return the numbers of an array; one is read or written several times faster than through the array."""
+    return memoryview(cast(Any, array.reshape(-1)))
+
+
+@dataclass(slots=True, eq=False)
+class Radio:
+    """The transceiver of one node."""
+
+    index: int
+    rng: np.random.Generator
+    listener: Listener
+    deaf_until_ns: Nanoseconds = 0
+    """Until when it cannot begin to receive: turned to sending, sending, on its way back, or off [ns]."""
+    sending: Transmission | None = None
+    on: bool = True
+    """Whether it will ever do anything again."""
+    asleep: bool = False
+    overhear: Callable[[Transmission | None], None] | None = None
+    """Where it is set, before anything is sent: told of each frame that the radio locked on, stayed with to
+    its end, and that its listener is not given: the frame if it is for another node, None if bits failed."""
+
+
+class Radios:
+    """The table of all radios.
+
+    Parameters
+    ----------
+    nodes : how many there will be
+    noise : in every receiver [unit]
+    cca : threshold of clear channel assessment [unit]
+    cca_model : what the assessment looks at
+    cca_ns : length of its window [ns]
+    """
+
+    def __init__(self, nodes: int, noise: int, cca: int, cca_model: CcaModel, cca_ns: Nanoseconds) -> None:
+        self.table: IntArray = np.zeros((nodes, COLUMNS), dtype=np.int64)
+        for column, value in (
+            (NOISE, noise),
+            (LOCKED, -1),
+            (UNLOCKED_NS, _LONG_AGO),
+            (DEAF_NS, NEVER),
+            (BELOW_NS, _LONG_AGO),
+            (BURST_NS, _LONG_AGO),
+            (EARLIER_BURST_NS, _LONG_AGO),
+            (STATE, SLEEP),
+        ):
+            self.table[:, column] = value
+        self.cells: memoryview[int] = view(self.table)
+        self._cca, self._cca_ns = cca, cca_ns
+        self._whole_window = cca_model == "whole_window"
+
+    def locked(self, at: int) -> int:
+        """Return the sender of the frame that a node is receiving, -1 for none."""
+        return self.cells[at * COLUMNS + LOCKED]
+
+    def arriving(self, at: int) -> tuple[int, int]:
+        """Return the sum of the powers at a node [unit], and how many frames are above sensitivity."""
+        row = at * COLUMNS
+        return self.cells[row + TOTAL], self.cells[row + LOUD]
+
+    def want(self, at: int) -> None:
+        """Note that the frame that a node is receiving is for it."""
+        self.cells[at * COLUMNS + WANTED] = 1
+
+    def turn(self, radio: Radio, now_ns: Nanoseconds) -> None:
+        """Let a radio give up what it is receiving, if anything, and begin no reception."""
+        at = radio.index
+        cells, row = self.cells, at * COLUMNS
+        if cells[row + LOCKED] >= 0:
+            cells[row + LOCKED] = -1
+            cells[row + UNLOCKED_NS] = now_ns
+            cells[row + WANTED] = 0
+            self.enter(at, LISTEN, now_ns)
+        cells[row + DEAF_NS] = radio.deaf_until_ns = NEVER
+
+    def deafen(self, radio: Radio, until_ns: Nanoseconds) -> None:
+        """Let a radio begin no reception before a time."""
+        radio.deaf_until_ns = until_ns
+        self.cells[radio.index * COLUMNS + DEAF_NS] = until_ns
+
+    def enter(self, at: int, state: int, now_ns: Nanoseconds) -> None:
+        """Let a node's radio be in a state from now on."""
+        cells, row = self.cells, at * COLUMNS
+        since_ns = cells[row + SINCE_NS]
+        cells[row + SPENT_NS + cells[row + STATE]] += now_ns - since_ns
+        cells[row + STATE] = state
+        cells[row + SINCE_NS] = now_ns
+
+    def open(self, at: int, now_ns: Nanoseconds) -> None:
+        """Switch a node's radio on for the first time."""
+        cells, row = self.cells, at * COLUMNS
+        cells[row + STATE] = LISTEN
+        cells[row + SINCE_NS] = now_ns
+        cells[row + DEAF_NS] = now_ns
+
+    def assess(self, at: int, now_ns: Nanoseconds) -> bool:
+        """Return whether the window that ends now shows a busy channel to a node."""
+        cells, row = self.cells, at * COLUMNS
+        if cells[row + LOCKED] >= 0 and cells[row + LOCKED_NS] < now_ns:
+            return True
+        since_ns = now_ns - self._cca_ns
+        # A frame that begins now is not in the window.
+        if cells[row + TOTAL] >= self._cca and cells[row + ABOVE_NS] < now_ns:
+            return True
+        if self._whole_window:
+            return cells[row + UNLOCKED_NS] > since_ns or cells[row + BELOW_NS] > since_ns
+        burst_ns = cells[row + BURST_NS]
+        if burst_ns == now_ns:
+            burst_ns = cells[row + EARLIER_BURST_NS]
+        return cells[row + BELOW_NS] == now_ns or burst_ns >= since_ns
+
+    def busy_now(self, at: int) -> bool:
+        """Return whether a reception is in progress, or enough power arrives now."""
+        cells, row = self.cells, at * COLUMNS
+        return cells[row + LOCKED] >= 0 or cells[row + TOTAL] >= self._cca
+
+    def watch(self, at: int, watched: bool) -> bool:
+        """Look out for changes of `busy_now` from now on, or no more; return what it is."""
+        cells, row = self.cells, at * COLUMNS
+        cells[row + WATCHED] = watched
+        busy = cells[row + TOLD] = self.busy_now(at)
+        return busy
+
+    def told(self, at: int) -> tuple[bool, bool]:
+        """Return whether a node watches the channel, and whether it was found busy last."""
+        row = at * COLUMNS
+        return self.cells[row + WATCHED] == 1, self.cells[row + TOLD] == 1
+
+
+@dataclass(frozen=True, slots=True)
+class RadioTimes:
+    """How long one radio has been in each of its states."""
+
+    radios: Radios
+    index: int
+
+    @property
+    def state(self) -> str:
+        """What it does now, one of `CAUSES`."""
+        return CAUSES[self.radios.cells[self.index * COLUMNS + STATE]]
+
+    def spent_ns(self, now_ns: Nanoseconds) -> Mapping[str, Nanoseconds]:
+        """Return the time spent in each state from the first on until now [ns]; their sum is all of it."""
+        cells, row = self.radios.cells, self.index * COLUMNS
+        spent = cells[row + SPENT_NS : row + SPENT_NS + len(CAUSES)].tolist()
+        spent[cells[row + STATE]] += now_ns - cells[row + SINCE_NS]
+        return dict(zip(CAUSES, spent, strict=True))
