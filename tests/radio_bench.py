@@ -56,6 +56,7 @@ class RadioBench:
     parents : node to its parent, None for the base; or the name of the base
     routing : what becomes of routes while the network runs
     sinks : nodes whose parent, the base, they reach by wire
+    config : flat parameters of all layers; `budgets` of nodes; whether to `record_frames`
     family : another MAC than CSMA/CA: makes a family of (tree, names, links, radio configuration)
     """
 
@@ -68,7 +69,7 @@ class RadioBench:
         self.frames = []
         self.on_fate = None
         self._numbers = itertools.count()
-        record_frames = config.pop("record_frames", False)
+        record_frames, budgets = config.pop("record_frames", False), config.pop("budgets", None)
         stack, propagation = stack_of(config), LogDistance(exponent=3.0, reference_loss_db=40.05)
         if isinstance(parents, str):
             tree = tree_to(parents, positions, propagation, **config)
@@ -90,6 +91,7 @@ class RadioBench:
             self,
             {} if meters is None else meters,
             record_frames,
+            budgets,
         )
 
     @classmethod

@@ -1,12 +1,15 @@
 """What every run must keep: messages, joules and time; over all networks, in overload and in death."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import wsnsim
 from wsnsim.metrics.conservation import violations
+from wsnsim.metrics.figures import DROPPED
 from wsnsim.runs.result import Run
 
 SHORT = ("duration_s=3", "expect={}")
@@ -14,6 +17,22 @@ DYING = (
     "motes.default.battery={kind: capacity, capacity_j: 1.0}",
     "motes.nodes=[{id: relay, position_m: [17, 4, 3]}, {id: c2, battery: {kind: capacity, capacity_j: 0.6}}]",
 )
+
+MESH = {"kind": "grid", "nodes": 9, "spacing_m": 40}
+REPAIR = {"kind": "etx_tree", "repair": {}}
+DISCOVER = {"kind": "etx_tree", "repair": {"initial": "discover", "no_route": "drop", "hop_limit": 3}}
+MANY_PACKETS = {"period_s": 0.1, "payload_bytes": 300}
+WIFI = {"standard": "ieee80211b", "tx_power_dbm": 8}
+
+
+def frail(*capacities_j: float) -> dict[str, Any]:
+    """Return batteries that some relays of the mesh empty on the way."""
+    batteries = [{"kind": "capacity", "capacity_j": joules} for joules in capacities_j]
+    return {"nodes": [{"id": n, "battery": b} for n, b in zip(("n1", "n3", "n4"), batteries, strict=True)]}
+
+
+def budget(at_limit: str) -> dict[str, Any]:
+    return {"default": {"platform": "telosb", "budget": {"bandwidth_bps": 4000, "at_limit": at_limit}}}
 
 
 def outcome(run: Run) -> list[str]:
@@ -36,6 +55,87 @@ def outcome(run: Run) -> list[str]:
 )
 def test_nothing_is_lost_or_made(scenarios: Path, overrides: tuple[str, ...]) -> None:
     assert outcome(wsnsim.run(scenarios / "quickstart.yaml", overrides=(*SHORT, *overrides))) == []
+
+
+@pytest.mark.parametrize(
+    ("network", "motes", "system"),
+    [
+        pytest.param(
+            {"routing": REPAIR}, frail(0.1, 0.15, 0.2), {"period_s": 0.2}, id="csma_ca, repair, deaths"
+        ),
+        pytest.param(
+            {"routing": DISCOVER, "fading": {"kind": "rayleigh"}},
+            frail(0.1, 0.15, 0.2),
+            {"period_s": 0.2},
+            id="csma_ca, ways found, fading, deaths",
+        ),
+        pytest.param(
+            {
+                "mac": {"kind": "csma_ca", "queue_frames": 3, "outbox_datagrams": 2},
+                "queue_policy": "drop_random",
+                "collision": "capture",
+            },
+            {"sinks": [{"id": "gate", "position_m": [90, 90, 0]}]},
+            MANY_PACKETS,
+            id="csma_ca, two sinks, full queues",
+        ),
+        pytest.param(
+            {"routing": {"kind": "etx_tree", "estimate": "probes", "probes": 5, "probe_interval_s": 0.2}},
+            {},
+            {"period_s": 0.2, "payload_bytes": 200},
+            id="csma_ca, probes",
+        ),
+        pytest.param(
+            {"mac": {"kind": "lpl"}}, frail(0.03, 0.05, 0.1), {"saturated": True}, id="lpl, saturated, deaths"
+        ),
+        pytest.param(
+            {"mac": {"kind": "lpl", "queue_frames": 4}, "routing": REPAIR, "queue_policy": "drop_oldest"},
+            frail(0.03, 0.05, 0.1),
+            {"period_s": 0.5},
+            id="lpl, repair, full queues",
+        ),
+        pytest.param({"mac": {"kind": "tdma"}}, {}, {"saturated": True}, id="tdma, saturated"),
+        pytest.param(
+            {"mac": {"kind": "tdma", "queue_frames": 3}, "fading": {"kind": "rician"}},
+            {},
+            MANY_PACKETS,
+            id="tdma, fading, full queues",
+        ),
+        pytest.param(
+            WIFI, {}, {"saturated": True, "payload_bytes": 3000, "period_s": 0.01}, id="dcf, saturated"
+        ),
+        pytest.param(
+            {**WIFI, "routing": REPAIR}, frail(1, 2, 3), {"period_s": 0.05}, id="dcf, repair, deaths"
+        ),
+        pytest.param({}, budget("drop"), {"period_s": 0.1}, id="budget, drop"),
+        pytest.param({"routing": REPAIR}, budget("delay"), {"saturated": True}, id="budget, delay, repair"),
+        pytest.param(
+            {"mac": {"kind": "tdma"}}, budget("degrade"), {"period_s": 0.2}, id="budget, degrade, tdma"
+        ),
+        pytest.param({"mac": {"kind": "lpl"}}, budget("delay"), {"period_s": 0.2}, id="budget, delay, lpl"),
+    ],
+)
+def test_every_packet_and_every_second_has_its_place(
+    network: dict[str, Any], motes: dict[str, Any], system: dict[str, Any]
+) -> None:
+    """Packets made are packets delivered, lost by one cause or on their way; and a seed is a run."""
+    scenario = {
+        "duration_s": 4,
+        "motes": {"layout": MESH, "default": {"platform": "telosb"}, **motes},
+        "network": network,
+        "system": {"kind": "traffic", "drain_s": 0.5, **system},
+    }
+    run, again = wsnsim.run(scenario, seed=5), wsnsim.run(scenario, seed=5)
+    assert outcome(run) == []
+    figures = run.summary
+    assert figures["generated"] > 0 < figures["delivered"]
+    assert figures["generated"] == run.messages["message"].nunique() == len(run.messages)
+    assert figures["generated"] == sum(figures[key] for key in ("delivered", "fused", "in_flight", *DROPPED))
+    assert set(run.tables["energy"].query("component == 'radio'")["node"]) == set(run.nodes["node"])
+    stopped = {node for node, lived in run.nodes.set_index("node")["died_at_s"].items() if lived > 0}
+    assert stopped == {entry["id"] for entry in motes.get("nodes", [])}
+    for name, table in run.tables.items():
+        pd.testing.assert_frame_equal(table, again.tables[name], check_exact=True)
 
 
 def test_the_quickstart_conserves(quickstart: Run) -> None:

@@ -6,6 +6,7 @@ import pytest
 
 import wsnsim
 from wsnsim.metrics.conservation import violations
+from wsnsim.metrics.traffic import content_arrived
 from wsnsim.runs.result import Run
 
 RELAYS = (
@@ -46,6 +47,9 @@ def test_below_a_dead_relay_cameras_are_heard_again(scenarios: Path, variant: st
         assert {to for to, _ in fates} == {"base" if variant == "T0" else "spare"}
         arrived = sum(outcome in ("delivered", "fused") for _, outcome in fates)
         assert arrived >= len(fates) - 1
+    # all that motes say goes up, to whatever parent they had then
+    arrived_up = content_arrived(run.messages)[run.messages["source"] != "base"]
+    assert run.summary["delivery_ratio"] == pytest.approx(arrived_up.mean())
     # the tracker has its cameras again, and the target
     assert run.summary["lost_fraction"] == 0
     late = run.steps[run.steps["time_s"] > died_s + 1.0]

@@ -187,3 +187,33 @@ def test_what_cannot_be_run_is_told_with_its_place(tmp_path, change, words):
     with pytest.raises(ScenarioError, match=rf"scenario\.yaml:\d+:\d+: {words}|{words}") as raised:
         wsnsim.run(file)
     assert "scenario.yaml:" in str(raised.value)
+
+
+def test_motes_in_one_place_are_a_run_with_a_report(tmp_path):
+    """They are a reference distance apart; the map has no extent of its own."""
+    motes = {"nodes": [{"id": "a", "position_m": [3, 4, 1]}], "base": {"position_m": [3, 4, 1]}}
+    data = {"duration_s": 4, "motes": motes, "system": {"kind": "traffic"}}
+    run = wsnsim.run(data, out=tmp_path / "run")
+    assert sound(run)["delivered"] == 4
+    assert (tmp_path / "run" / "report.html").is_file()
+
+
+@pytest.mark.parametrize("nodes", [{}, {"nodes": []}])
+def test_a_base_station_alone_is_no_network(nodes):
+    data = {
+        "duration_s": 4,
+        "motes": {"base": {"position_m": [3, 4, 1]}, **nodes},
+        "system": {"kind": "traffic"},
+    }
+    with pytest.raises(ScenarioError) as refused:
+        wsnsim.run(data)
+    (problem,) = refused.value.problems
+    assert str(problem).startswith("motes.nodes: must ")
+
+
+def test_who_misspells_the_system_is_asked_for_nothing_else():
+    layout = {"kind": "line", "nodes": 3, "spacing_m": 40}
+    with pytest.raises(ScenarioError) as refused:
+        wsnsim.run({"duration_s": 4, "motes": {"layout": layout}, "system": {"kind": "trafic"}})
+    (problem,) = refused.value.problems
+    assert str(problem).endswith('got "trafic"; did you mean "traffic"?')

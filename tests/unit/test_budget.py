@@ -2,6 +2,8 @@
 
 import itertools
 import math
+import runpy
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,9 +11,14 @@ import pytest
 from wsnsim.errors import ScenarioError
 from wsnsim.net.budget import BudgetConfig, TokenBucket
 from wsnsim.net.fragmentation import data_within, fragment
+from wsnsim.net.interface import Outcome
+from wsnsim.net.meshes import RoutingConfig
+from wsnsim.net.routing.config import RepairConfig
 from wsnsim.records import EventRow, FrameRow, MemorySink, MessageRow, NodeRow
 from wsnsim.scenario.load import scenario_from_dict
 from wsnsim.sim.build import build
+
+RadioBench = runpy.run_path(str(Path(__file__).parents[1] / "radio_bench.py"))["RadioBench"]
 
 S = 1_000_000_000
 
@@ -139,6 +146,21 @@ def test_drop_loses_what_exceeds_the_budget_and_delay_keeps_it_waiting():
     assert np.median(waits) > 0.5
     for row in delayed[NodeRow]:
         assert (row.budget_waited_s > 10) == (row.role != "base")
+
+
+@pytest.mark.parametrize("repair", [None, RepairConfig()], ids=["fixed", "repaired"])
+def test_any_number_may_be_dropped_at_one_instant(repair):
+    """Two thousand wait behind the first; when it has gone the bucket is empty."""
+    budgets = {"n1": BudgetConfig(1, 200, "drop")}
+    run = RadioBench.star(
+        1, budgets=budgets, outbox_datagrams=2000, routing=RoutingConfig(repair), mesh_header_bytes=5
+    )
+    for _ in range(2000):
+        run.send("n1", "n0", bytes(90))
+    run.run(0.1)
+    assert len(run.delivered_at) == 1
+    assert [outcome for *_, outcome in run.dropped_at] == [Outcome.BUDGET] * 1999
+    assert len({at for at, *_ in run.dropped_at}) == 1
 
 
 def test_a_budget_that_is_never_reached_changes_nothing():

@@ -14,7 +14,7 @@ from wsnsim.net.phy.ieee80211b import Ieee80211b
 RadioBench = runpy.run_path(str(Path(__file__).parents[1] / "radio_bench.py"))["RadioBench"]
 
 CARD = {"tx_power_dbm": 15.0, "noise_dbm": -89.0, "sensitivity_dbm": -91.0, "cca_threshold_dbm": -80.0}
-SIFS_NS, DIFS_NS, SLOT_NS, ACK_NS = 10_000, 50_000, 20_000, 304_000
+SIFS_NS, DIFS_NS, SLOT_NS, ACK_NS, EIFS_NS = 10_000, 50_000, 20_000, 304_000, 364_000
 
 
 def bench(places, parents, seed=0, record_frames=True, dcf=None, **config):
@@ -135,6 +135,7 @@ def test_a_node_that_does_not_hear_the_answer_keeps_clear_of_it():
 
 
 def test_a_sender_that_dies_in_the_middle_of_its_frame_frees_the_channel():
+    """Its frame has begun and was not received well: those who heard it wait for EIFS (sec. 9.2.10)."""
     places, parents = {"n0": 0.0, "n1": 10.0, "n2": -10.0}, {"n0": None, "n1": "n0", "n2": "n0"}
     network = bench(places, parents)
     network.send("n1", "n0", bytes(2000), at_ns=1_000_000)
@@ -142,7 +143,7 @@ def test_a_sender_that_dies_in_the_middle_of_its_frame_frees_the_channel():
     network.at(1_500_000, lambda: network.network.stop_node("n1"))
     network.run(0.1)
     (begins_ns,) = starts(network, "data", "n2")
-    slots, rest = divmod(begins_ns - 1_500_000 - DIFS_NS, SLOT_NS)
+    slots, rest = divmod(begins_ns - 1_500_000 - EIFS_NS, SLOT_NS)
     assert rest == 0
     assert 0 <= slots <= 31
     assert [outcome for *_, outcome in network.dropped_at] == [Outcome.DEAD]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from wsnsim.net.interface import Outcome
+from wsnsim.net.mac.lpl_family import LplFamily
 from wsnsim.net.meshes import RoutingConfig
 from wsnsim.net.routing.config import DisseminationConfig
 from wsnsim.net.routing.tree import RoutingError
@@ -127,6 +128,17 @@ def test_each_neighbour_that_is_deaf_or_dead_is_told_by_cause(routing):
         "n0": Outcome.NOT_HEARD,
         "n3": Outcome.DEAD,
     }
+
+
+@pytest.mark.parametrize("routing", [None, spread(repeats=1)], ids=["plain", "routed"])
+def test_who_has_a_broadcast_passes_it_on_though_its_sender_dies_among_the_copies(routing):
+    """Sleeping receivers look at different times; the source dies as soon as the first has a copy."""
+    run = RadioBench(LINE, LINE_TREE, 3, family=lambda *_: LplFamily(), routing=routing)
+    run.on_fate = lambda datagram: run.network.stop_node("n0")
+    run.send("n0", BELOW, bytes(20), at_ns=SECOND, disseminate=True)
+    run.run(5.0)
+    assert [receiver for *_, receiver, _ in run.delivered_at] == list(BELOW)
+    assert run.dropped_at == []
 
 
 def test_a_source_is_no_receiver_of_its_broadcast():

@@ -6,7 +6,9 @@ Real data: TOSSIM's mica2 grid (Zuniga, Krishnamachari); Grenoble, 50 motes (6Ti
 # ruff: noqa: E501  (an error is one line, here as on the screen)
 
 import gzip
+import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -22,7 +24,7 @@ from wsnsim.net.phy.ieee802154 import O_QPSK
 from wsnsim.net.phy.medium import Medium
 from wsnsim.net.routing.linkquality import weakest_usable_dbm
 from wsnsim.rng import RandomStreams
-from wsnsim.scenario.load import scenario_from_dict
+from wsnsim.scenario.load import load_scenario, scenario_from_dict
 from wsnsim.sim.build import build
 from wsnsim.sim.channels import run_channel, run_links
 from wsnsim.sim.link_files import read_gains, read_k7, read_noise, read_ratios
@@ -198,6 +200,15 @@ def test_isolated_motes_are_named(write):
     (line,) = lines(build, scenario_from_dict(scenario(propagation)))
     assert "every node must reach the base 'base' over links that carry 90% of the longest frames" in line
     assert "node 'a' cannot: the nearest node that does is 'base'" in line
+    assert "links are those of the file, wherever nodes stand" in line
+
+
+def test_wrong_labels_are_told_with_their_place_in_the_scenario(write, tmp_path):
+    data = scenario({"kind": "link_table", "file": str(write(GAINS)), "nodes": {"a": 0, "bb": 1}})
+    file = tmp_path / "scenario.yaml"
+    file.write_text(json.dumps(data), encoding="utf-8")
+    (line,) = lines(build, load_scenario(file))
+    assert re.match(r"scenario\.yaml:1:\d+: network\.propagation\.nodes\.bb: must be the name", line)
 
 
 @pytest.mark.parametrize(

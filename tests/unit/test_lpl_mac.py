@@ -126,6 +126,7 @@ def test_an_unanswered_frame_is_repeated_for_an_interval_and_the_train_three_tim
     assert 0 <= first // BACKOFF < 16
     assert stand.mac.counters.frames_tx == 4 * copies
     assert stand.mac.counters.frames_retried == 4 * copies - 1
+    assert stand.mac.counters.copies == 4 * (copies - 1)
     assert stand.mac.counters.attempts_failed == stand.mac.counters.attempts == 4 * copies
 
 
@@ -152,6 +153,8 @@ def test_a_broadcast_fills_the_interval_and_waits_for_nobody():
     assert {later - sooner for sooner, later in pairwise(begins)} == {air + 640_000}
     assert INTERVAL + START_UP <= begins[-1] - begins[0] <= INTERVAL + START_UP + 2 * step_ns(41)
     assert stand.done_with == [(begins[-1] + air, None)]
+    assert stand.mac.counters.copies == len(begins) - 1
+    assert stand.mac.counters.frames_retried == 0
 
 
 def test_a_sender_waits_until_the_channel_is_quiet_for_longer_than_a_train_is():

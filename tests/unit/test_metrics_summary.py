@@ -11,7 +11,7 @@ from wsnsim.metrics.energy import ENERGY_COLUMNS, energy
 from wsnsim.metrics.figures import SUMMARY_KEYS
 from wsnsim.metrics.latency import latency
 from wsnsim.metrics.summary import summary
-from wsnsim.metrics.traffic import content_arrived, traffic
+from wsnsim.metrics.traffic import content_arrived, on_the_way_up, traffic
 
 Q_SEEN = (0, "q", 9.0, math.nan, 0.2, "update")
 
@@ -143,7 +143,7 @@ def messages():
         (2, "b", "base", 0.6, 50, "dropped_queue"),
         (3, "b", "base", 0.9, 40, "in_flight"),
     ]
-    return pd.DataFrame(rows, columns=columns).assign(fused_into=None)
+    return pd.DataFrame(rows, columns=columns).assign(fused_into=None, kind="packet")
 
 
 ACCESS_COLUMNS = (
@@ -235,7 +235,7 @@ def test_a_message_that_was_fused_shares_the_fate_of_what_it_is_in(last, reached
         (4, "a", "b", 0.4, 10, "dropped_refused", None),
         (5, "a", "b", 0.5, 10, "in_flight", None),
     ]
-    sent = pd.DataFrame(rows, columns=messages().columns)
+    sent = pd.DataFrame(rows, columns=messages().columns.drop("kind")).assign(kind="packet")
     assert sent.loc[content_arrived(sent), "message"].tolist() == list(reached)
     towards_base = pd.DataFrame({"node": list(CHAIN), "parent": list(CHAIN.values())})
     figures = traffic(
@@ -247,11 +247,25 @@ def test_a_message_that_was_fused_shares_the_fate_of_what_it_is_in(last, reached
     assert figures["base_ingress_bytes_per_step"] == (25 / 2 if reached else 0.0)
 
 
+def test_what_went_to_a_former_parent_went_up_too():
+    """The parent of b is c now, and was a; the base says something of the same kind to c."""
+    rows = [
+        (0, "b", "a", 0.0, 10, "fused", 2, "batch"),
+        (1, "b", "a", 0.1, 10, "dropped_no_ack", None, "batch"),
+        (2, "a", "base", 0.2, 20, "delivered", None, "batch"),
+        (3, "base", "c", 0.3, 25, "delivered", None, "batch"),
+        (4, "b", "a", 0.3, 25, "delivered", None, "greeting"),
+    ]
+    sent = pd.DataFrame(rows, columns=messages().columns)
+    towards_base = pd.DataFrame({"node": ["a", "b", "c", "base"], "parent": ["base", "c", "base", None]})
+    assert on_the_way_up(sent, towards_base, "base").tolist() == [True, True, True, False, False]
+
+
 def test_four_cameras_of_a_thousand_weights_offer_a_megabit():
     rows = [
         (4 * k + c, f"c{c}", "base", k / 4, 8006, "delivered", None) for k in range(1, 37) for c in range(4)
     ]
-    sent = pd.DataFrame(rows, columns=messages().columns)
+    sent = pd.DataFrame(rows, columns=messages().columns.drop("kind")).assign(kind="packet")
     figures = traffic(sent, nodes(), LOAD, base="base", steps=36, step_s=0.25, simulated_s=9.5)
     assert figures["offered_bps"] == pytest.approx(4 * 4 * 8006 * 8)
     assert figures["offered_bps"] == pytest.approx(1.025e6, rel=1e-3)

@@ -107,6 +107,16 @@ def test_a_dead_sink_without_repair_loses_what_goes_through_it():
     ]
 
 
+@pytest.mark.parametrize("repair", [None, RepairConfig()], ids=["fixed", "repaired"])
+def test_what_reaches_a_sink_is_lost_when_the_base_behind_it_is_dead(repair):
+    run = row(repair)
+    run.at(SECOND, lambda: run.network.stop_node("base"))
+    run.send("d", "base", bytes(20), at_ns=2 * SECOND)
+    run.run(4.0)
+    assert run.delivered_at == []
+    assert [(d.source, outcome) for _, d, _, outcome in run.dropped_at] == [("d", Outcome.DEAD)]
+
+
 class Ideal:
     def __init__(self):
         self.env = simpy.Environment()

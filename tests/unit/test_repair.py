@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from wsnsim.net.interface import Outcome
+from wsnsim.net.mac.lpl_family import LplFamily
 from wsnsim.net.meshes import RoutingConfig
 from wsnsim.net.routing.config import RepairConfig
 from wsnsim.net.routing.router import CHEAPER, CIRCLE, UNANSWERED
@@ -168,6 +169,34 @@ def test_an_idle_network_says_nothing_but_beacons_and_all_of_them_are_counted():
         counters = run.network.counters(node)
         assert counters.control_frames_tx == counters.frames_tx == 8
         assert counters.control_tx_bytes == counters.mac_tx_bytes == 8 * 18
+
+
+def test_over_sleeping_radios_a_train_of_copies_is_one_transmission_of_a_link():
+    """Copies for a receiver that sleeps say nothing of the link; each is on the air and counts there."""
+    run = RadioBench.line(
+        3, 40.0, family=lambda *_: LplFamily(), routing=RoutingConfig(RepairConfig()), mesh_header_bytes=5
+    )
+    for number in range(10):
+        run.send("n2", "n0", bytes(20), at_ns=(4 + 3 * number) * SECOND)
+    run.run(40.0)
+    assert len(run.delivered_at) == 10
+    counters = run.network.counters("n2")
+    assert counters.attempts > 5 * 10
+    assert all(entry.link_etx < 1.5 for entry in run.network.router("n2").table)
+    # it has nobody below it: beacons, joins and its own messages are all that it sends
+    frame_bytes = 6 + 3 + 20 + 11
+    messages = counters.frames_tx - counters.control_frames_tx
+    assert counters.mac_tx_bytes - counters.control_tx_bytes == messages * frame_bytes
+
+
+def test_what_the_base_says_to_many_in_turn_is_never_taken_for_a_repetition():
+    """Each of eight leaves gets every eighth packet, and would see 8-bit numbers again after 256 in all."""
+    run = RadioBench.star(8, routing=RoutingConfig(RepairConfig()), mesh_header_bytes=5)
+    for number in range(300):
+        run.send("n0", f"n{1 + number % 8}", bytes(20), at_ns=SECOND + number * SECOND // 50)
+    run.run(8.0)
+    assert len(run.delivered_at) == 300
+    assert run.dropped_at == []
 
 
 def test_a_circle_is_seen_by_the_packets_in_it_and_broken():

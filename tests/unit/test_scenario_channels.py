@@ -171,6 +171,10 @@ def test_bad_sections_are_refused_at_their_keys(section, words):
     assert any(line.startswith(words) for line in problems(propagation=section))
 
 
+def test_numbers_to_choose_from_stand_without_quotes():
+    assert problems(mesh_header_bytes=3) == ["network.mesh_header_bytes: must be 0 or 5, got 3"]
+
+
 def test_fading_must_be_of_a_kind():
     assert problems(fading={"kind": "nakagami"})[0].startswith(
         'network.fading.kind: must be "rayleigh" or "rician"'

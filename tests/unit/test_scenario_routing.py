@@ -152,6 +152,16 @@ def test_links_that_carry_nothing_are_refused_at_their_line(problems):
     )
 
 
+def test_links_are_not_probed_longer_than_the_run_takes(problems, loaded):
+    tree = TEXT[TEXT.index("    kind: tree") : TEXT.index("system:")]
+    (line,) = problems(TEXT.replace(tree, "    kind: etx_tree\n    estimate: probes\n    probes: 2\n"))
+    assert line == (
+        "s.yaml:19:13: network.routing.probes: must be over before the run is: 2 probes every 0.5 s take 1 s, "
+        "got 1 s of duration_s"
+    )
+    assert loaded("network.routing={kind: etx_tree, estimate: probes, probes: 1}")
+
+
 def test_an_unknown_kind_and_missing_parents_are_told(loaded):
     for routing, words in (
         ("{kind: etx}", '"etx_tree", "min_energy_tree" or "tree", got "etx"; did you mean "etx_tree"?'),

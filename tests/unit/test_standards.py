@@ -80,6 +80,9 @@ def test_a_radio_of_the_other_standard_is_refused_where_it_stands(load):
     found = problems(load, "network.standard=ieee802154", "motes.base.radio=wavelan_silver")
     assert list(found) == ["motes.base.radio"]
     assert "IEEE 802.15.4" in found["motes.base.radio"]
+    sink = "{id: gate, position_m: [1, 2, 3], radio: wavelan_silver}"
+    found = problems(load, "network.standard=ieee802154", f"motes.sinks=[{sink}]")
+    assert list(found) == ["motes.sinks[0].radio"]
     assert load("network.standard=ideal", "motes.default.radio=wavelan_silver")
 
 

@@ -1,8 +1,8 @@
 """What the begin and the end of a frame do at all who hear it: one pass over the sender's links.
 
-The state of all radios is one table of integers, a row for each node, so that
-all that a frame touches at a node lies side by side in memory, and what it
-touches where it is too weak to be noticed lies in one line of the cache.
+The state of all radios is two tables of integers, a row for each node: what
+every frame touches that arrives, be it ever so weak, in a small one that stays
+in the processor's cache, and the rest in another.
 Powers are whole numbers of a tiny unit: what a frame adds at its begin it takes
 away at its end to the last digit, however many frames have come and gone.
 
@@ -16,39 +16,41 @@ from wsnsim.types import IntArray
 
 TOTAL = 0
 """Sum of the powers that arrive now [unit of power]."""
-WANTED = 1
-"""1 while it receives a frame that is for it."""
-WATCHED = 2
-"""1 while it wants to know when the channel becomes busy or idle."""
-LOUD = 3
+FLAGS = 1
+"""Sum of those of the following that hold."""
+WANTED, WATCHED, TOLD = 1, 2, 4
+"""It receives a frame that is for it; it wants to know when the channel becomes busy or idle; what it was
+told last is busy."""
+AIR_COLUMNS = 2
+
+LOUD = 0
 """How many frames arrive now that a receiver would notice by themselves."""
-LOCKED = 4
+LOCKED = 1
 """Sender of the frame that it is receiving, -1 for none."""
-DEAF_NS = 5
+DEAF_NS = 2
 """Until when it cannot lock on a frame: sending, turning round or off [ns]."""
-NOISE = 6
+NOISE = 3
 """Noise in the receiver [unit of power]."""
-LOCKED_NS = 7
-"""Begin of the frame that it is receiving [ns]."""
-ABOVE_NS = 8
-"""Since when the total has been at the threshold of clear channel assessment or above [ns]."""
-BURST_NS = 9
-"""When a frame last began with the total at the threshold or above [ns]."""
-BELOW_NS = 10
-"""When the total last fell below it [ns]."""
-EARLIER_BURST_NS = 11
-"""The same, at an earlier instant [ns]."""
-STATE = 12
-"""What it does: one of the following."""
-SINCE_NS = 13
-"""Since when [ns]."""
-UNLOCKED_NS = 14
+STATE = 4
+"""What it does: one of the following states."""
+SINCE_NS = 5
+"""Since when; where it receives a frame, that is when the frame began [ns]."""
+UNLOCKED_NS = 6
 """When it last stopped receiving a frame [ns]."""
-TOLD = 15
-"""1 if what it was told last is busy."""
-SPENT_NS = 16
-"""First of five columns: the time spent in each state before that [ns]."""
-COLUMNS = 24
+SPENT_NS = 6
+"""Plus the number of a state: the time spent in it before that, listening excepted, which is the rest [ns]."""
+OPENED_NS = 11
+"""When it was first switched on [ns]."""
+ABOVE_NS = 12
+"""Since when the total has been at the threshold of clear channel assessment or above [ns]."""
+BURST_NS = 13
+"""When a frame last began with the total at the threshold or above [ns]."""
+BELOW_NS = 14
+"""When the total last fell below it [ns]."""
+EARLIER_BURST_NS = 15
+"""The same, at an earlier instant [ns]."""
+COLUMNS = 16
+"""The first eight, which is what a frame touches at a node that notices it, are one line of the cache."""
 
 LISTEN, RECEIVE, TRANSMIT, SLEEP, START = 0, 1, 2, 3, 4
 
@@ -63,13 +65,16 @@ LOCKS_SHIFT, CARRIER_SHIFT, COUNT_MASK = 20, 40, (1 << 20) - 1
 @kernel
 def enter(radios: IntArray, at: int, state: int, now_ns: int) -> None:
     """Let a node's radio be in a state from now on."""
-    radios[at, SPENT_NS + radios[at, STATE]] += now_ns - radios[at, SINCE_NS]
+    before = radios[at, STATE]
+    if before != LISTEN:
+        radios[at, SPENT_NS + before] += now_ns - radios[at, SINCE_NS]
     radios[at, STATE] = state
     radios[at, SINCE_NS] = now_ns
 
 
 @kernel
 def begin_frame(
+    air: IntArray,
     radios: IntArray,
     receivers: IntArray,
     report: IntArray,
@@ -89,6 +94,7 @@ def begin_frame(
 
     Parameters
     ----------
+    air : (n, AIR_COLUMNS) - what arrives at all radios, changed in place
     radios : (n, COLUMNS) - the state of all radios, changed in place
     receivers : (m,) - ends of all links
     report : (5, >= m) - what is reported, see `CHANGED`, changed in place
@@ -108,13 +114,13 @@ def begin_frame(
     enter(radios, sender, TRANSMIT, now_ns)
     for link in range(start, stop):
         at, power = receivers[link], powers[link - first]
-        before = radios[at, TOTAL]
-        if radios[at, WANTED]:
+        before, flags = air[at, TOTAL], air[at, FLAGS]
+        if flags & WANTED:
             report[CHANGED, changed] = at
             report[BEFORE, changed] = before
             report[LOUD_BEFORE, changed] = radios[at, LOUD]
             changed += 1
-        radios[at, TOTAL] = before + power
+        air[at, TOTAL] = before + power
         if before + power >= cca:
             if before < cca:
                 radios[at, ABOVE_NS] = now_ns
@@ -126,20 +132,19 @@ def begin_frame(
             if power >= lock_ratio * (radios[at, NOISE] + before):
                 if radios[at, LOCKED] < 0:
                     free = now_ns >= radios[at, DEAF_NS]
-                    if free:
-                        enter(radios, at, RECEIVE, now_ns)
                 else:
-                    free = now_ns - radios[at, LOCKED_NS] <= capture_ns and power >= capture_ratio * before
+                    free = now_ns - radios[at, SINCE_NS] <= capture_ns and power >= capture_ratio * before
                 if free:
+                    enter(radios, at, RECEIVE, now_ns)
                     radios[at, LOCKED] = sender
-                    radios[at, LOCKED_NS] = now_ns
-                    radios[at, WANTED] = 0
+                    flags &= ~WANTED
+                    air[at, FLAGS] = flags
                     report[LOCKS, locks] = link
                     locks += 1
-        if radios[at, WATCHED]:
-            busy = radios[at, LOCKED] >= 0 or radios[at, TOTAL] >= cca
-            if busy != (radios[at, TOLD] == 1):
-                radios[at, TOLD] = busy
+        if flags & WATCHED:
+            busy = radios[at, LOCKED] >= 0 or air[at, TOTAL] >= cca
+            if busy != (flags & TOLD != 0):
+                air[at, FLAGS] = flags ^ TOLD
                 report[CARRIER, told] = at
                 told += 1
     return changed | locks << LOCKS_SHIFT | told << CARRIER_SHIFT
@@ -147,6 +152,7 @@ def begin_frame(
 
 @kernel
 def end_frame(
+    air: IntArray,
     radios: IntArray,
     receivers: IntArray,
     report: IntArray,
@@ -171,29 +177,30 @@ def end_frame(
     radios[sender, DEAF_NS] = now_ns + turnaround_ns
     for link in range(start, stop):
         at, power = receivers[link], powers[link - first]
-        before = radios[at, TOTAL]
-        if radios[at, WANTED]:
+        before, flags = air[at, TOTAL], air[at, FLAGS]
+        if flags & WANTED:
             report[CHANGED, changed] = at
             report[BEFORE, changed] = before
             report[LOUD_BEFORE, changed] = radios[at, LOUD]
             changed += 1
-        radios[at, TOTAL] = before - power
+        air[at, TOTAL] = before - power
         if power >= sensitivity:
             radios[at, LOUD] -= 1
+            if radios[at, LOCKED] == sender:
+                radios[at, LOCKED] = -1
+                radios[at, UNLOCKED_NS] = now_ns
+                flags &= ~WANTED
+                air[at, FLAGS] = flags
+                enter(radios, at, LISTEN, now_ns)
         if before >= cca and before - power < cca:
             if radios[at, ABOVE_NS] < now_ns:
                 radios[at, BELOW_NS] = now_ns
             if radios[at, BURST_NS] == now_ns:
                 radios[at, BURST_NS] = radios[at, EARLIER_BURST_NS]
-        if radios[at, LOCKED] == sender:
-            radios[at, LOCKED] = -1
-            radios[at, UNLOCKED_NS] = now_ns
-            radios[at, WANTED] = 0
-            enter(radios, at, LISTEN, now_ns)
-        if radios[at, WATCHED]:
-            busy = radios[at, LOCKED] >= 0 or radios[at, TOTAL] >= cca
-            if busy != (radios[at, TOLD] == 1):
-                radios[at, TOLD] = busy
+        if flags & WATCHED:
+            busy = radios[at, LOCKED] >= 0 or air[at, TOTAL] >= cca
+            if busy != (flags & TOLD != 0):
+                air[at, FLAGS] = flags ^ TOLD
                 report[CARRIER, told] = at
                 told += 1
     return changed | told << CARRIER_SHIFT

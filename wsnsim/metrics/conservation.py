@@ -19,7 +19,10 @@ _SAME_INSTANT_S = 1e-9
 _OUTCOME = "|".join((*ARRIVED, "in_flight", r"dropped_\w+"))
 
 _ALWAYS_ON = ("cpu", "board")
-"""Components that are in one state or another from the beginning to the end of their node's life."""
+"""Components that every node has, in one state or another from the beginning to the end of its life."""
+
+_WHOLE_LIFE = (*_ALWAYS_ON, "radio")
+"""Components that are so where there are any; over an ideal network there are no radios."""
 
 _SAID = ("track", "time_s", "kind")
 
@@ -147,7 +150,7 @@ def _times(node: Mapping[Hashable, Any], own: pd.DataFrame, simulated_s: float) 
     lived_s = simulated_s if pd.isna(node["died_at_s"]) else node["died_at_s"]
     on_s = dict.fromkeys(_ALWAYS_ON, 0.0) | own.groupby("component")["seconds"].sum().to_dict()
     for component, seconds in on_s.items():
-        if component in _ALWAYS_ON and not _close(seconds, lived_s):
+        if component in _WHOLE_LIFE and not _close(seconds, lived_s):
             found.append(f"node {name}: its {component} was on for {seconds} s, not the {lived_s} s it lived")
         elif seconds > lived_s * (1 + _RELATIVE) + _SAME_INSTANT_S:
             found.append(f"node {name}: its {component} was on for {seconds} s of {lived_s} s")

@@ -38,7 +38,8 @@ def packet_fates(messages: pd.DataFrame, base: NodeId, active_s: Seconds) -> Fig
 def access(nodes: pd.DataFrame) -> Figures:
     """Return what the medium access of all nodes did.
 
-    - `mac_frames_tx`: frames of all kinds on the air; `mac_frames_retried`: those that repeat one.
+    - `mac_frames_tx`: frames of all kinds on the air; `mac_frames_retried`: those that repeat one
+      that was not acknowledged.
     - `mac_attempts_per_frame`: how often a frame that asks for an acknowledgement was sent, on average.
     - `attempt_failure_ratio`: share of those attempts that were not acknowledged.
     - `cca_busy_ratio`: share of the looks at the channel that found it busy.

@@ -65,9 +65,14 @@ def traffic(
 
 
 def on_the_way_up(messages: pd.DataFrame, nodes: pd.DataFrame, base: NodeId) -> "pd.Series[bool]":
-    """Tell for each row of `messages` whether it is for the base station, or for its sender's parent."""
+    """Tell for each row of `messages` whether it is for the base station, or for its sender's parent.
+
+    A sender may have had other parents before: what nodes say of a kind that was fused climbs hop by hop.
+    """
     parents = messages["source"].map(nodes.set_index("node")["parent"])
-    return (messages["destination"] == base) | (messages["destination"] == parents)
+    fused = messages["kind"].isin(messages.loc[messages["outcome"] == "fused", "kind"].unique())
+    climbs = fused & (messages["source"] != base)
+    return (messages["destination"] == base) | (messages["destination"] == parents) | climbs
 
 
 def content_arrived(messages: pd.DataFrame) -> "pd.Series[bool]":

@@ -4,8 +4,9 @@ Tokens come in at the budget's rate and are spent on every byte that the MAC
 sends, as its counters have it: headers, repeats, preambles of its own and
 acknowledgements included. A frame is given to the MAC only where the bucket
 holds enough for all its attempts and one acknowledgement, so that repeats do
-not overdraw it. Acknowledgements of what others send are never withheld: what
-they take beyond the tokens is a debt that is paid before the next frame.
+not overdraw it. Acknowledgements of what others send, and what the routing
+protocol says, are never withheld: what they take beyond the tokens is a debt
+that is paid before the next frame.
 
 Levels are integers, in billionths of a bit: on a clock of nanoseconds no token
 is ever lost to rounding.

@@ -22,9 +22,9 @@ class Outcome(Enum):
     QUEUE = "dropped_queue"
     """No room in the queue of a node on the way."""
     CHANNEL = "dropped_channel_access"
-    """CSMA/CA found the channel busy macMaxCSMABackoffs + 1 times."""
+    """The MAC found the channel busy as often, or for as long, as it tries."""
     NO_ACK = "dropped_no_ack"
-    """macMaxFrameRetries + 1 attempts, none acknowledged."""
+    """As many attempts as the MAC makes, none acknowledged."""
     NOT_HEARD = "dropped_not_heard"
     """An unacknowledged broadcast was lost on its way."""
     REASSEMBLY = "dropped_reassembly"
@@ -89,6 +89,8 @@ class LinkCounters:
     """Data frames sent that ask for an acknowledgement, repeats included."""
     attempts_failed: int = 0
     """Those of them that were not acknowledged."""
+    copies: int = 0
+    """Data frames and broadcasts that only repeat one for receivers that may be asleep."""
     cca_total: int = 0
     """Looks at the channel before sending."""
     cca_busy: int = 0

@@ -63,6 +63,7 @@ class Link:
         self._children = self._tree.children[node]
         self._child_addresses = tuple(directory.addresses[child] for child in self._children)
         self._next_hops: dict[int, int] = {}
+        self._hops_to: dict[int, int] = {}
         self._tag = 0
         self._budget = budget
         self._queue = SendQueue(clock, config, mac, self, budget, rng)
@@ -110,9 +111,9 @@ class Link:
         sent.taken_by.append(self._node)
         mine = header.final in (self._address, ALL_NEIGHBOURS)
         if not mine and (self._children or not everyone):
-            self._queue.forward(Parcel(sent.flight, header.after_hop(), body, own=False))
+            self._queue.forward(Parcel(sent.flight, header.after_hop(), body, False, sent.hops + 1))
         if everyone or mine:
-            self._keep(header, body, sent.flight)
+            self._keep(header, body, sent)
 
     def done(self, outcome: Outcome | None) -> None:
         """Learn from the MAC what became of the frame in hand."""
@@ -164,8 +165,10 @@ class Link:
             final = BROADCAST
         else:
             (destination,) = datagram.destinations
-            hops = len(self._tree.path(self._node, destination)) - 1
             final = self._directory.addresses[destination]
+            hops = self._hops_to.get(final, 0)
+            if not hops:
+                hops = self._hops_to[final] = self._tree.hops(self._node, destination)
         header = MeshHeader(hops, self._address, final)
         self._tag = (self._tag + 1) % 0x10000
         bodies = fragment(
@@ -174,12 +177,14 @@ class Link:
         return [Parcel(flight, header, body, own=True) for body in bodies]
 
     def lost(self, parcel: Parcel, outcome: Outcome) -> None:
-        """Note that whoever was to get a frame by way of this node will not."""
+        """Note that whoever was to get a frame by way of this node will not, unless it has it already."""
         final = parcel.header.final
         if final == ALL_NEIGHBOURS:
             receivers = parcel.flight.datagram.destinations
         elif final == BROADCAST:
-            receivers = self._tree.descendants(self._node)
+            # a broadcast of many copies may have come to some when its sender dies
+            served = {node for taker in parcel.taken_by for node in (taker, *self._tree.descendants(taker))}
+            receivers = tuple(node for node in self._tree.descendants(self._node) if node not in served)
         else:
             receivers = (self._directory.names[final],)
         self._flights.lose(parcel.flight, receivers, outcome)
@@ -210,14 +215,10 @@ class Link:
                 below = () if one_hop else self._tree.descendants(child)
                 self._flights.lose(parcel.flight, (child, *below), outcome)
 
-    def _keep(self, header: MeshHeader, body: bytes, flight: Flight) -> None:
-        data = self._inbox.take(header.origin, body, flight)
+    def _keep(self, header: MeshHeader, body: bytes, sent: Parcel) -> None:
+        data = self._inbox.take(header.origin, body, sent.flight)
         if data is not None:
-            origin = self._directory.names[header.origin]
-            hops = 1
-            if header.final != ALL_NEIGHBOURS:
-                hops = len(self._tree.path(origin, self._node)) - 1
-            self._flights.deliver(flight, self._node, data, hops)
+            self._flights.deliver(sent.flight, self._node, data, sent.hops)
 
     def _late(self, flight: Flight) -> None:
         self._flights.lose(flight, (self._node,), Outcome.REASSEMBLY)

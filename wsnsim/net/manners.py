@@ -31,10 +31,10 @@ class Memory:
     """The packets that a node has had, the last of them."""
 
     def __init__(self) -> None:
-        self._known: OrderedDict[tuple[int, int, int], None] = OrderedDict()
+        self._known: OrderedDict[tuple[int, int, int, int], None] = OrderedDict()
 
-    def add(self, packet: tuple[int, int, int]) -> bool:
-        """Remember a packet by origin, number and hops left, and return whether it is new."""
+    def add(self, packet: tuple[int, int, int, int]) -> bool:
+        """Remember a packet by origin, final address, number and hops left; return whether it is new."""
         if packet in self._known:
             return False
         self._known[packet] = None

@@ -95,9 +95,11 @@ class MeshLink:
         self._directory, self._flights, self._backbone = directory, directory.flights, backbone
         self._address = directory.addresses[node]
         self._rng, self._budget = rng, budget
-        self._tag = self._unicast_number = self._broadcast_number = 0
+        self._tag = 0
+        self._numbers: dict[int, int] = {}
+        """Of the last packet to each final address: who relays some of the packets sees no number twice."""
         self._known = Memory()
-        self._attempts_before = 0
+        self._attempts_before = self._copies_before = 0
         self._hop: int | None = None
         self._alive = True
         self._pausing: dict[Parcel, None] = {}
@@ -160,8 +162,9 @@ class MeshLink:
 
     def over_wire(self, parcel: Parcel) -> None:
         """Take a frame that another sink has."""
-        everyone = parcel.header.final == BROADCAST
-        if self._alive and (not everyone or self._is_new(parcel.header.origin, parcel.sequence, BROADCAST)):
+        if not self._alive:
+            _end_for_the_dead(parcel)
+        elif is_unicast(parcel) or self._is_new(parcel.header, parcel.sequence):
             self._pass_on(parcel.header, parcel.body, parcel.sequence, parcel)
 
     def done(self, outcome: Outcome | None) -> None:
@@ -277,7 +280,7 @@ class MeshLink:
         sequence, body = decode_broadcast(rest) if self._config.mesh_header_bytes else (sent.sequence, rest)
         if not self.router.takes(source):
             return
-        if self._is_new(header.origin, sequence, BROADCAST):
+        if self._is_new(header, sequence):
             self._pass_on(header.after_hop(), body, sequence, sent)
             self._keep(header, body, sent)
         else:
@@ -289,7 +292,7 @@ class MeshLink:
             cost, sequence, body = decode_route(rest)
         if math.isfinite(cost):
             self.router.carries(source, header.origin, cost)
-        if not self._is_new(header.origin, sequence, header.hops_left):
+        if not self._is_new(header, sequence):
             self._mac.counters.duplicates += 1
             return
         if not self._ends_here(header.final) and self.router.next_hop(header.final) == source:
@@ -300,7 +303,11 @@ class MeshLink:
         """Send on what is for others, and keep what is for this node, or for the base station at any sink."""
         unicast = header.final != BROADCAST
         if self._ends_here(header.final):
-            self._backbone.links.get(header.final, self)._keep(header, body, sent, after_hop=True)
+            taker = self._backbone.links.get(header.final, self)
+            if taker._alive:
+                taker._keep(header, body, sent, after_hop=True)
+            else:
+                _end_for_the_dead(sent)
             return
         if not unicast and not self.router.spreads:
             return
@@ -343,27 +350,28 @@ class MeshLink:
         """Tell the router how often a frame was sent, and count the router's own."""
         counters = self._mac.counters
         attempts, self._attempts_before = counters.attempts - self._attempts_before, counters.attempts
+        copies, self._copies_before = counters.copies - self._copies_before, counters.copies
         hop = self._hop
         if isinstance(frame, Control):
             payload_bytes, destination = self._queue.control_sent
             hop = None if destination == BROADCAST else destination
-            sent = attempts if hop is not None else int(outcome is None)
+            sent = attempts if hop is not None else (1 + copies) * (outcome is None)
             counters.control_frames_tx += sent
             counters.control_tx_bytes += sent * (payload_bytes + self._manners.overhead_bytes)
         if hop is not None and outcome in (None, Outcome.NO_ACK):
-            self.router.sent(hop, max(1, attempts), outcome is None)
+            self.router.sent(hop, max(1, attempts - copies), outcome is None)
 
-    def _is_new(self, origin: int, sequence: int, hops: int) -> bool:
+    def _is_new(self, header: MeshHeader, sequence: int) -> bool:
         """Return whether a packet was never here, and know it from now on."""
-        own = hops == BROADCAST and origin == self._address
-        return not own and self._known.add((origin, sequence, hops))
+        everyone = header.final == BROADCAST
+        if everyone and header.origin == self._address:
+            return False
+        hops_left = 0 if everyone else header.hops_left
+        return self._known.add((header.origin, header.final, sequence, hops_left))
 
     def _number(self, final: int) -> int:
-        if final == BROADCAST:
-            self._broadcast_number = (self._broadcast_number + 1) % 256
-            return self._broadcast_number
-        self._unicast_number = (self._unicast_number + 1) % 256
-        return self._unicast_number
+        number = self._numbers[final] = (self._numbers.get(final, 0) + 1) % 256
+        return number
 
     def _room_bytes(self, extra_bytes: int, hops: int) -> int:
         return fragment_room_bytes(self._max_payload_bytes, self._config, hops, extra_bytes)
@@ -380,3 +388,9 @@ class MeshLink:
 
     def _late(self, flight: Flight) -> None:
         self._flights.lose(flight, (self._node,), Outcome.REASSEMBLY)
+
+
+def _end_for_the_dead(parcel: Parcel) -> None:
+    """Note why a frame for one node goes no further: who is behind the wire has stopped."""
+    if is_unicast(parcel) and parcel.load is not None:
+        parcel.load.cause = Outcome.DEAD

@@ -18,6 +18,8 @@ class Parcel:
     header: MeshHeader
     body: bytes
     own: bool
+    hops: int = 1
+    """From where it was made to who takes it next."""
     taken_by: list[NodeId] = field(default_factory=list)
     """Neighbours that took it on, whatever its sender came to know."""
     load: Load | None = None

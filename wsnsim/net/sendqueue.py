@@ -100,6 +100,7 @@ class SendQueue:
         self._unsent: deque[Parcel] = deque()
         self._control: deque[Control] = deque()
         self._own_queued = False
+        self._serving = self._asked = False
         self._in_hand: Parcel | Control | None = None
         self.control_sent = (0, 0)
         """Payload length [B] and destination of the routing protocol's frame in hand."""
@@ -163,6 +164,17 @@ class SendQueue:
 
     def serve(self) -> None:
         """Move an own fragment to the queue if none is there, and give the MAC something to do."""
+        # what is dropped instead asks for the next: in a loop, for a whole queue may go at one instant
+        self._asked = True
+        if self._serving:
+            return
+        self._serving = True
+        while self._asked:
+            self._asked = False
+            self._serve_once()
+        self._serving = False
+
+    def _serve_once(self) -> None:
         self._purge()
         if not self._own_queued and len(self._frames) < self._config.queue_frames and self._outbox:
             if not self._unsent:
@@ -259,6 +271,8 @@ class SendQueue:
 
     def _purge(self) -> None:
         """Drop own datagrams that expired in the outbox; one with a frame in the queue goes with that."""
+        if not self._outbox:
+            return
         first = self._outbox[0] if self._own_queued else None
         expired = [flight for flight in self._outbox if flight is not first and self._expired(flight)]
         for flight in expired:

@@ -10,6 +10,9 @@ from wsnsim.types import BoolArray, FloatArray
 _MARGIN = 0.07
 """Free space round what must be seen, in parts of its longer side: enough for a node's name."""
 
+_ROUND_A_POINT_M = 1.0
+"""Free space where everything is in one place [m]."""
+
 
 @dataclass(frozen=True)
 class View:
@@ -100,6 +103,6 @@ def _columns(context: ReportContext, whose: str) -> FloatArray:
 
 def _round(places: FloatArray) -> View:
     low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
-    margin = _MARGIN * float((high - low).max())
+    margin = _MARGIN * float((high - low).max()) or _ROUND_A_POINT_M
     (left, bottom), (right, top) = (low - margin).tolist(), (high + margin).tolist()
     return View(x=(left, right), y=(bottom, top))

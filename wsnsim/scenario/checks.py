@@ -10,6 +10,7 @@ from typing import Any
 from wsnsim.scenario.faults import Fault, KeyPath, did_you_mean, path_text, shown
 from wsnsim.scenario.schema_cameras import Camera
 from wsnsim.scenario.schema_motes import BaseStation
+from wsnsim.scenario.schema_routing import EtxTree
 
 
 def cross_faults(data: Mapping[str, Any]) -> list[Fault]:
@@ -26,6 +27,7 @@ def cross_faults(data: Mapping[str, Any]) -> list[Fault]:
         *_rates(data),
         *_duration(data),
         *_recorded_cameras(data),
+        *_probing(data),
     ]
 
 
@@ -40,6 +42,8 @@ def unseeing(data: Mapping[str, Any], needs_cameras: bool) -> Iterator[Fault]:
     cameras, world = data.get("cameras", []), data.get("world")
     if needs_cameras:
         yield from _none_of(("cameras",), cameras, "cameras" in data)
+    elif not cameras and "base" in (motes := _mapping(data, "motes")):
+        yield from _none_of(("motes", "nodes"), motes.get("nodes", []), "nodes" in motes)
     if isinstance(world, Mapping):
         if needs_cameras:
             yield from _none_of(("world", "targets"), world.get("targets", []), "targets" in world)
@@ -54,7 +58,11 @@ def _none_of(path: KeyPath, items: Any, given: bool) -> Iterator[Fault]:
         yield Fault(path, "must have at least 1 item, got 0" if given else f"must be given ({what})")
 
 
-_MEANINGS: Mapping[str | int, str] = {"cameras": "what sees", "targets": "bodies to track"}
+_MEANINGS: Mapping[str | int, str] = {
+    "cameras": "what sees",
+    "targets": "bodies to track",
+    "nodes": "motes beside the base station; or a layout of many",
+}
 
 
 def _mapping(data: Any, key: str) -> Mapping[str, Any]:
@@ -160,6 +168,23 @@ def _recorded_cameras(data: Mapping[str, Any]) -> Iterator[Fault]:
         elif name in first:
             yield Fault(path, f"must be named once, got {shown(name)}, which {path_text(first[name])} is too")
         first.setdefault(name, path)
+
+
+def _probing(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Ask for a run that goes on when the links have been probed: until then nothing has a way."""
+    routing = _mapping(_mapping(data, "network"), "routing")
+    if routing.get("estimate") != "probes":
+        return
+    fields = EtxTree.model_fields
+    probes = _positive(routing.get("probes", fields["probes"].default))
+    interval = _positive(routing.get("probe_interval_s", fields["probe_interval_s"].default))
+    duration = _positive(data.get("duration_s"))
+    if probes and interval and duration and probes * interval >= duration:
+        message = (
+            f"must be over before the run is: {probes:g} probes every {interval:g} s take "
+            f"{probes * interval:g} s, got {duration:g} s of duration_s"
+        )
+        yield Fault(("network", "routing", "probes"), message)
 
 
 def _positive(value: Any) -> float | None:

@@ -54,9 +54,9 @@ def quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def one_of(names: Iterable[str]) -> str:
-    """Write names as alternatives: ``"a", "b" or "c"``."""
-    *others, last = [quoted(name) for name in names]
+def one_of(values: Iterable[str | int]) -> str:
+    """Write values as alternatives, text in quotes: ``"a", "b" or "c"``."""
+    *others, last = [quoted(value) if isinstance(value, str) else str(value) for value in values]
     return f"{', '.join(others)} or {last}" if others else last
 
 

@@ -132,9 +132,10 @@ def _checked(
     data = with_standard(data)
     scenario, section_faults = validated(Scenario, data, {"base_dir": base_dir})
     system, params, system_faults = _system_of(data.get("system"))
-    needs_cameras = system is None or system.needs_cameras
-    faults += [*section_faults, *system_faults, *cross_faults(data), *unseeing(data, needs_cameras)]
-    faults += standard_faults(data)
+    faults += [*section_faults, *system_faults, *cross_faults(data), *standard_faults(data)]
+    if system is not None:
+        # who does not say which system shall run is not asked for what another one needs
+        faults += unseeing(data, system.needs_cameras)
     found = [*problems, *(marks.problem(fault) for fault in dict.fromkeys(faults))]
     if found or scenario is None or system is None or params is None:
         raise ScenarioError(sorted(found, key=_reading_order))
@@ -153,8 +154,9 @@ def _with_layout(data: dict[str, Any], base_dir: Path) -> tuple[dict[str, Any], 
         faults = [replace(fault, path=("motes", *fault.path)) for fault in faults]
     else:
         plan, faults = plan_of(held.layout, data.get("seed", Scenario.model_fields["seed"].default))
-    # without its layout the rest is looked at as if it had a base station somewhere
-    return written_out(data, Plan(((0.0, 0.0, 0.0),)) if plan is None else plan), faults
+    # without its layout the rest is looked at as if it had a base station and a mote somewhere
+    somewhere = (0.0, 0.0, 0.0)
+    return written_out(data, Plan((somewhere, somewhere)) if plan is None else plan), faults
 
 
 def _system_of(section: Any) -> "tuple[System[Any] | None, SystemParams | None, list[Fault]]":

@@ -122,7 +122,8 @@ class RecordedLinks(Part):
     """Links that deliver what was measured at the same time of a recording."""
 
     kind: Literal["recorded"] = Field(
-        "recorded", description="recorded: links of a k7 connectivity trace, replayed"
+        "recorded",
+        description="recorded: links of a k7 connectivity trace, replayed; after its end it begins again",
     )
     file: InputFile = Field(description="trace (.k7, or .k7.gz)")
     channel: int = Field(26, ge=11, le=26, description="channel of IEEE 802.15.4 whose records count [-]")

@@ -15,7 +15,11 @@ class Repair(Part):
         description="tree: the motes know the tree at first; discover: they find their ways themselves",
     )
     beacon_min_s: float = Field(
-        0.128, gt=0, le=1e4, description="shortest interval of the Trickle timer (RFC 6206) [s]"
+        0.128,
+        gt=0,
+        le=1e4,
+        description="shortest interval of the Trickle timer (RFC 6206); over lpl better twenty times the "
+        "wake_interval_s, for which each beacon holds the channel [s]",
     )
     beacon_doublings: int = Field(
         8, ge=0, le=24, description="how often the interval doubles while nothing changes [-]"

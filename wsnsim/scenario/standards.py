@@ -87,9 +87,10 @@ def _radio_faults(data: Mapping[str, Any], standard: _Standard) -> Iterator[Faul
     from wsnsim.hardware.profiles import RADIOS
 
     fitting = [name for name, radio in RADIOS.items() if _STANDARDS[radio.standard] is standard]
-    entries = _section(data, "motes").get("nodes")
     paths: list[KeyPath] = [("motes", "default"), ("motes", "base")]
-    paths += [("motes", "nodes", at) for at in range(len(entries) if isinstance(entries, list) else 0)]
+    for key in ("nodes", "sinks"):
+        entries = _section(data, "motes").get(key)
+        paths += [("motes", key, at) for at in range(len(entries) if isinstance(entries, list) else 0)]
     for path in paths:
         radio = _section(data, *path).get("radio")
         if isinstance(radio, str) and radio in RADIOS and radio not in fitting:

@@ -127,7 +127,7 @@ def _tags(spot: Spot, discriminator: str) -> list[str]:
 
 def _choice(value: Any, choices: list[Any]) -> str:
     near = did_you_mean(value, [str(each) for each in choices]) if isinstance(value, str) else ""
-    return f"must be {one_of(str(each) for each in choices)}, got {shown(value)}{near}"
+    return f"must be {one_of(choices)}, got {shown(value)}{near}"
 
 
 def _length(kind: str, context: Mapping[str, Any], spot: Spot) -> str:

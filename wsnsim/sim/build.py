@@ -8,6 +8,7 @@ import simpy
 
 from wsnsim.errors import Problem, ScenarioError
 from wsnsim.hardware.profiles import BATTERIES, IMAGERS, PLATFORMS, RADIOS
+from wsnsim.net.channel.places import numbered_by_place
 from wsnsim.net.clock import Clock
 from wsnsim.net.interface import Network
 from wsnsim.records import Outlet
@@ -53,7 +54,7 @@ def build(loaded: LoadedScenario) -> Simulation:
     scenario = loaded.scenario
     streams = RandomStreams(scenario.seed)
     placed = placed_nodes(scenario)
-    positions = {node.id: node.position_m for node in placed}
+    positions = numbered_by_place({node.id: node.position_m for node in placed})
     base = scenario.motes.base.id
     env, outlet = simpy.Environment(), Outlet()
     clock = Clock(env)

@@ -237,9 +237,11 @@ class _Labels:
         if at is not None:
             self.met.add(at)
         elif not self._partial or not label:
+            # a number is like many others, whatever was meant
+            near = "" if label.isdecimal() else did_you_mean(label, self.known)
             message = (
-                f"must be a node by its name, or by its place from 0, got {shown(label)}"
-                f"{did_you_mean(label, self.known)}; if the file has more motes than the run, say under "
+                f"must be a node by its name, or by its place from 0, got {shown(label)}{near}; "
+                "if the file has more motes than the run, say under "
                 "network.propagation.nodes which of them are its nodes"
             )
             problems.append(_wrong(row, index, message, self._file))

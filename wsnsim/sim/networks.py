@@ -28,6 +28,7 @@ from wsnsim.scenario.nodes import placed_nodes
 from wsnsim.scenario.routes import PARENTS, route_faults
 from wsnsim.scenario.schema import Scenario
 from wsnsim.scenario.schema_network import NetworkParams
+from wsnsim.scenario.schema_propagation import LinkTable, RecordedLinks
 from wsnsim.scenario.schema_routing import EtxTree, GivenTree, MinEnergyTree, MinHopTree
 from wsnsim.sim.channels import good_links, run_channel, run_links
 from wsnsim.sim.macs import link_config, mac_family, radio_config
@@ -86,6 +87,9 @@ def _found_tree(loaded: LoadedScenario, positions: Positions) -> Tree:
         return tree_over(links, positions, scenario.motes.base.id, family, radio, routes, good)
     except RoutingError as error:
         why = str(error)
+        if isinstance(network.propagation, LinkTable | RecordedLinks):
+            why += "\nlinks are those of the file, wherever nodes stand: leave nodes out, ask less of a link "
+            why += "(routing.link_success_min), or name another base"
         if by_seed(network):
             why += "\nshadowing makes links better or worse than their distance, "
             why += f"by the run's seed; this seed is {scenario.seed}"
@@ -109,6 +113,8 @@ def _links(loaded: LoadedScenario, positions: Positions) -> Links:
     """Return who arrives where, or say where in the scenario the links are impossible."""
     try:
         return run_links(loaded.scenario, positions, RandomStreams(loaded.scenario.seed))
+    except ScenarioError as error:
+        raise ScenarioError([loaded.marks.found(problem) for problem in error.problems]) from error
     except (LinksError, ValueError) as error:
         raise loaded.error(("network", "propagation"), str(error)) from error
 

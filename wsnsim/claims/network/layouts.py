@@ -16,6 +16,7 @@ from typing import cast
 import numpy as np
 
 from wsnsim.errors import OutputError
+from wsnsim.net.channel.places import numbered_by_place
 from wsnsim.net.channel.propagation import LogDistance
 from wsnsim.types import FloatArray, NodeId
 
@@ -102,7 +103,8 @@ def hidden_pair(distance_m: float = 130.0) -> Layout:
 def random_layout(motes: int, seed: int = 0) -> Layout:
     """Return a random geometric graph of the stored ones' kind and density.
 
-    Motes that cannot reach the sink are thrown again until all can.
+    Motes that cannot reach the sink are thrown again until all can. Many are numbered as a scenario's are:
+    neighbours side by side.
 
     Parameters
     ----------
@@ -117,7 +119,10 @@ def random_layout(motes: int, seed: int = 0) -> Layout:
     while (lost := np.flatnonzero(parent[1:] < 0) + 1).size:
         xy[lost] = rng.uniform(0.0, side, (len(lost), 2))
         parent = _tree(xy)
-    return _layout(f"random_n{motes}", xy, parent.tolist())
+    names = dict(enumerate(xy.tolist()))
+    order = [0, *(mote for mote in numbered_by_place(names) if mote)]
+    xy = xy[order]
+    return _layout(f"random_n{motes}", xy, _tree(xy).tolist())
 
 
 def _tree(xy: FloatArray) -> "np.ndarray[tuple[int], np.dtype[np.int64]]":

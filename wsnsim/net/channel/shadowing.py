@@ -3,9 +3,10 @@
 Walls, plants and antennas make some links better and others worse than the
 mean at their distance: a normal part in decibels for each pair of nodes, the
 same in both directions, and a smaller one by which the two directions differ.
-Left out: correlation between links that pass the same obstacle, and fading in
-time. A link's part hangs on the names of its two nodes alone, so that adding,
-moving or re-ordering nodes leaves all others as they are.
+Left out: correlation between links that pass the same obstacle. What changes
+in time is fading (`wsnsim.net.channel.fading`). A link's part hangs on the
+names of its two nodes alone, so that adding, moving or re-ordering nodes leaves
+all others as they are.
 
 References
 ----------

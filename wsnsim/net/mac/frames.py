@@ -17,8 +17,6 @@ from typing import NamedTuple
 from wsnsim.errors import DecodeError
 from wsnsim.net.phy.ieee802154 import MAX_MPDU_BYTES
 
-MAX_NODES = 0xFFFE
-"""Short addresses 0x0000 to 0xFFFD; 0xFFFE means that a node has none (sec. 7.1.3.1)."""
 ACK_BYTES = 5
 DATA_OVERHEAD_BYTES = 11
 MAX_PAYLOAD_BYTES = MAX_MPDU_BYTES - DATA_OVERHEAD_BYTES

@@ -111,6 +111,8 @@ class Lpl:
         """The next move of the frame in hand."""
         self._answer: Call | None = None
         self._checking = self._hushed = self._in_train = self._answering = False
+        self._first = False
+        """Whether no copy of the train that begins has been sent."""
 
     def connect(self, radio: Radio, upper: Upper) -> None:
         """Join the MAC to its radio and to the layer above, and let the radio sleep."""
@@ -271,7 +273,7 @@ class Lpl:
     def _begin_train(self) -> None:
         job = self._job
         assert job is not None
-        self._hushed, self._in_train = False, True
+        self._hushed, self._in_train, self._first = False, True, True
         train_ns = self._interval_ns + START_UP_NS + 2 * step_ns(len(job.mpdu))
         self._train_until_ns = self._clock.now + TURNAROUND_NS + train_ns
         self._medium.turn(self._radio)
@@ -281,9 +283,10 @@ class Lpl:
         job = self._job
         assert job is not None
         self._copies += 1
-        if self._copies > 1:
-            self.counters.frames_retried += 1
         kind = "broadcast" if job.destination == BROADCAST else "data"
+        self.counters.frames_retried += self._copies > 1 and kind == "data"
+        self.counters.copies += not self._first
+        self._first = False
         self._put_on_air(
             Transmission(self._address, job.mpdu, job.destination, job.meant, kind, self._copies, job.cargo)
         )

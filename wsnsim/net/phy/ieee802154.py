@@ -12,8 +12,9 @@ table 86; CCA, sec. 6.9.9; bit error rate, annex E, sec. E.4.1.8.
 """
 
 from functools import lru_cache
-from math import comb, exp, log1p
+from math import exp, log1p
 
+from wsnsim.kernels import oqpsk
 from wsnsim.types import Nanoseconds
 
 SYMBOL_NS: Nanoseconds = 16_000
@@ -44,8 +45,6 @@ LIFS_NS: Nanoseconds = 40 * SYMBOL_NS
 MAX_SIFS_MPDU_BYTES = 18
 """aMaxSIFSFrameSize (table 85)."""
 
-_TERMS = tuple(((-1) ** k * comb(16, k) / 30.0, 20.0 * (1.0 / k - 1.0)) for k in range(2, 17))
-"""Factors and exponents of the sum over k; (8/15)(1/16) = 1/30."""
 _ERROR_FREE_SINR = 100.0
 """Above 20 dB the formula gives fewer than 1e-400 errors a bit: nothing a float can hold."""
 
@@ -79,15 +78,16 @@ def bit_error_rate(sinr: float) -> float:
     if sinr > _ERROR_FREE_SINR:
         return 0.0
     rate = 0.0
-    for factor, exponent in _TERMS:
+    for factor, exponent in zip(oqpsk.FACTORS, oqpsk.EXPONENTS, strict=True):
         rate += factor * exp(exponent * sinr)
     return rate
 
 
 @lru_cache(maxsize=1 << 16)
 def _log_bit_success(sinr: float) -> float:
-    # Links are fixed, and the same few of them meet again and again.
-    return log1p(-bit_error_rate(sinr))
+    # Links are fixed, and the same few of them meet again and again. Compiled, for a run's channel needs
+    # many; what only looks at links does not wait for a compiler.
+    return log1p(-oqpsk.bit_error_rate(sinr)) if sinr <= _ERROR_FREE_SINR else 0.0
 
 
 def log_success(sinr: float, bits: float) -> float:
@@ -103,7 +103,7 @@ def frame_success(sinr: float, mpdu_bytes: int) -> float:
     sinr : signal over noise and interference, as a ratio (not decibels)
     mpdu_bytes : length of the MPDU, frame check sequence included [B]
     """
-    return exp(log_success(sinr, air_time_ns(mpdu_bytes) / BIT_NS))
+    return exp(air_time_ns(mpdu_bytes) / BIT_NS * log1p(-bit_error_rate(sinr)))
 
 
 class OQpsk:

@@ -80,7 +80,8 @@ class Medium:
         self._overhearing: set[int] | None = None
         reports = np.zeros((5, nodes + 1), dtype=np.int64)
         self._changed, self._before, self._loud, self._locks, self._told = map(view, reports)
-        common = (self._states.table, rows.receivers, reports, self._sensitivity, cca)
+        states = self._states
+        common = (states.air, states.table, rows.receivers, reports, self._sensitivity, cca)
         lock_ratio, capture_ratio = to_mw(config.lock_sinr_db), to_mw(config.capture_db)
         capture_ns = phy.preamble_ns if config.collision == "capture" else -1
         self._begin = partial(table.begin_frame.compiled, *common, lock_ratio, capture_ratio, capture_ns)
@@ -187,10 +188,11 @@ class Medium:
             frame, told = self._leave(row)
             for reception in row.receptions:
                 reception.log_success = -inf
-            self._release(row, frame)
+            _, failed = self._release(row, frame)
             self._states.deafen(radio, NEVER)
             if told:
                 self._tell(told)
+            _tell_of_failure(failed)
         self._states.enter(radio.index, table.SLEEP, self._clock.now)
 
     def _ask_noise(self, row: Row) -> None:
@@ -279,9 +281,7 @@ class Medium:
                     receiver.listener.received(frame)
                 else:
                     receiver.overhear(frame)
-        for receiver in failed:
-            if receiver.on and receiver.overhear is not None:
-                receiver.overhear(None)
+        _tell_of_failure(failed)
         if radio.on:
             radio.listener.sent(frame)
             if radio.listener.awaits_ack:
@@ -330,3 +330,10 @@ class Medium:
         noise_mw = self._noise_mw if self._noise is None else self._noise.level_mw(at, self._clock.now)
         total, _ = self._states.arriving(at)
         return arriving_mw / (noise_mw + total * self._rows.unit_mw)
+
+
+def _tell_of_failure(failed: list[Radio]) -> None:
+    """Tell who wants to know it of a frame that they stayed with in vain."""
+    for receiver in failed:
+        if receiver.on and receiver.overhear is not None:
+            receiver.overhear(None)

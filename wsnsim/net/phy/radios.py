@@ -19,16 +19,18 @@ from numpy.typing import NDArray
 
 from wsnsim.kernels.radio import (
     ABOVE_NS,
+    AIR_COLUMNS,
     BELOW_NS,
     BURST_NS,
     COLUMNS,
     DEAF_NS,
     EARLIER_BURST_NS,
+    FLAGS,
     LISTEN,
     LOCKED,
-    LOCKED_NS,
     LOUD,
     NOISE,
+    OPENED_NS,
     SINCE_NS,
     SLEEP,
     SPENT_NS,
@@ -47,6 +49,17 @@ CAUSES = ("listen", "receive", "transmit", "sleep", "start")
 """States of a radio, as the table numbers them."""
 NEVER: Nanoseconds = 2**62
 _LONG_AGO: Nanoseconds = -NEVER
+
+
+_LINE_BYTES = 64
+"""Of the processor's cache, on all common machines."""
+
+
+def _aligned(rows: int, columns: int) -> IntArray:
+    """Return a table of zeros (rows, columns) that begins with a line of the cache."""
+    room = np.zeros(rows * columns * 8 + _LINE_BYTES, dtype=np.uint8)
+    first = -room.ctypes.data % _LINE_BYTES
+    return room[first : first + rows * columns * 8].view(np.int64).reshape(rows, columns)
 
 
 def view(array: NDArray[Any]) -> "memoryview[Any]":
@@ -85,7 +98,8 @@ class Radios:
     """
 
     def __init__(self, nodes: int, noise: int, cca: int, cca_model: CcaModel, cca_ns: Nanoseconds) -> None:
-        self.table: IntArray = np.zeros((nodes, COLUMNS), dtype=np.int64)
+        self.air: IntArray = np.zeros((nodes, AIR_COLUMNS), dtype=np.int64)
+        self.table = _aligned(nodes, COLUMNS)
         for column, value in (
             (NOISE, noise),
             (LOCKED, -1),
@@ -98,6 +112,7 @@ class Radios:
         ):
             self.table[:, column] = value
         self.cells: memoryview[int] = view(self.table)
+        self._air: memoryview[int] = view(self.air)
         self._cca, self._cca_ns = cca, cca_ns
         self._whole_window = cca_model == "whole_window"
 
@@ -107,12 +122,11 @@ class Radios:
 
     def arriving(self, at: int) -> tuple[int, int]:
         """Return the sum of the powers at a node [unit], and how many frames are above sensitivity."""
-        row = at * COLUMNS
-        return self.cells[row + TOTAL], self.cells[row + LOUD]
+        return self._air[at * AIR_COLUMNS + TOTAL], self.cells[at * COLUMNS + LOUD]
 
     def want(self, at: int) -> None:
         """Note that the frame that a node is receiving is for it."""
-        self.cells[at * COLUMNS + WANTED] = 1
+        self._air[at * AIR_COLUMNS + FLAGS] |= WANTED
 
     def turn(self, radio: Radio, now_ns: Nanoseconds) -> None:
         """Let a radio give up what it is receiving, if anything, and begin no reception."""
@@ -121,7 +135,7 @@ class Radios:
         if cells[row + LOCKED] >= 0:
             cells[row + LOCKED] = -1
             cells[row + UNLOCKED_NS] = now_ns
-            cells[row + WANTED] = 0
+            self._air[at * AIR_COLUMNS + FLAGS] &= ~WANTED
             self.enter(at, LISTEN, now_ns)
         cells[row + DEAF_NS] = radio.deaf_until_ns = NEVER
 
@@ -133,8 +147,9 @@ class Radios:
     def enter(self, at: int, state: int, now_ns: Nanoseconds) -> None:
         """Let a node's radio be in a state from now on."""
         cells, row = self.cells, at * COLUMNS
-        since_ns = cells[row + SINCE_NS]
-        cells[row + SPENT_NS + cells[row + STATE]] += now_ns - since_ns
+        before = cells[row + STATE]
+        if before != LISTEN:
+            cells[row + SPENT_NS + before] += now_ns - cells[row + SINCE_NS]
         cells[row + STATE] = state
         cells[row + SINCE_NS] = now_ns
 
@@ -142,17 +157,17 @@ class Radios:
         """Switch a node's radio on for the first time."""
         cells, row = self.cells, at * COLUMNS
         cells[row + STATE] = LISTEN
-        cells[row + SINCE_NS] = now_ns
+        cells[row + SINCE_NS] = cells[row + OPENED_NS] = now_ns
         cells[row + DEAF_NS] = now_ns
 
     def assess(self, at: int, now_ns: Nanoseconds) -> bool:
         """Return whether the window that ends now shows a busy channel to a node."""
         cells, row = self.cells, at * COLUMNS
-        if cells[row + LOCKED] >= 0 and cells[row + LOCKED_NS] < now_ns:
+        if cells[row + LOCKED] >= 0 and cells[row + SINCE_NS] < now_ns:
             return True
         since_ns = now_ns - self._cca_ns
         # A frame that begins now is not in the window.
-        if cells[row + TOTAL] >= self._cca and cells[row + ABOVE_NS] < now_ns:
+        if self._air[at * AIR_COLUMNS + TOTAL] >= self._cca and cells[row + ABOVE_NS] < now_ns:
             return True
         if self._whole_window:
             return cells[row + UNLOCKED_NS] > since_ns or cells[row + BELOW_NS] > since_ns
@@ -164,19 +179,19 @@ class Radios:
     def busy_now(self, at: int) -> bool:
         """Return whether a reception is in progress, or enough power arrives now."""
         cells, row = self.cells, at * COLUMNS
-        return cells[row + LOCKED] >= 0 or cells[row + TOTAL] >= self._cca
+        return cells[row + LOCKED] >= 0 or self._air[at * AIR_COLUMNS + TOTAL] >= self._cca
 
     def watch(self, at: int, watched: bool) -> bool:
         """Look out for changes of `busy_now` from now on, or no more; return what it is."""
-        cells, row = self.cells, at * COLUMNS
-        cells[row + WATCHED] = watched
-        busy = cells[row + TOLD] = self.busy_now(at)
+        busy = self.busy_now(at)
+        flags = self._air[at * AIR_COLUMNS + FLAGS] & ~(WATCHED | TOLD)
+        self._air[at * AIR_COLUMNS + FLAGS] = flags | (WATCHED if watched else 0) | (TOLD if busy else 0)
         return busy
 
     def told(self, at: int) -> tuple[bool, bool]:
         """Return whether a node watches the channel, and whether it was found busy last."""
-        row = at * COLUMNS
-        return self.cells[row + WATCHED] == 1, self.cells[row + TOLD] == 1
+        flags = self._air[at * AIR_COLUMNS + FLAGS]
+        return flags & WATCHED != 0, flags & TOLD != 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,6 +209,8 @@ class RadioTimes:
     def spent_ns(self, now_ns: Nanoseconds) -> Mapping[str, Nanoseconds]:
         """Return the time spent in each state from the first on until now [ns]; their sum is all of it."""
         cells, row = self.radios.cells, self.index * COLUMNS
-        spent = cells[row + SPENT_NS : row + SPENT_NS + len(CAUSES)].tolist()
-        spent[cells[row + STATE]] += now_ns - cells[row + SINCE_NS]
+        spent = [0, *cells[row + SPENT_NS + 1 : row + SPENT_NS + len(CAUSES)].tolist()]
+        if cells[row + STATE] != LISTEN:
+            spent[cells[row + STATE]] += now_ns - cells[row + SINCE_NS]
+        spent[LISTEN] = now_ns - cells[row + OPENED_NS] - sum(spent)
         return dict(zip(CAUSES, spent, strict=True))

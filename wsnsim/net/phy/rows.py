@@ -63,7 +63,7 @@ class Rows:
         most_mw = float(max(at_nodes.max(initial=0.0), noise_mw)) * (1 if fading is None else _HEADROOM)
         self.unit_mw = 2.0 ** (frexp(most_mw)[1] - _MOST_BITS)
         """One unit [mW]."""
-        self.receivers: IntArray = np.ascontiguousarray(links.receivers, dtype=np.int64)
+        self.receivers: IntArray = np.ascontiguousarray(links.receivers, dtype=np.int32)
         self.receiver_of: memoryview[int] = view(self.receivers)
         self._fading = fading
         self._starts: list[int] = links.starts.tolist()

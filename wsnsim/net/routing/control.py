@@ -9,8 +9,8 @@ join    dispatch 1, count 1, addresses 2 each: these are below the sender
 probe   dispatch 1, padding: sent to be counted by those that hear it
 
 A unicast packet carries, after its mesh header, the cost that its last sender
-sees before it (all ones on the way down) and a number of its origin's: what
-the data frame of the Collection Tree Protocol has for finding loops and
+sees before it (all ones on the way down) and a number that its origin counts
+for each destination: what the data frame of the Collection Tree Protocol has for finding loops and
 duplicates (TEP 123, sec. 4.1: ETX and sequence number; time has lived is the mesh
 header's hops left). One that is disseminated carries the broadcast header of
 6LoWPAN (RFC 4944, sec. 11.1: LOWPAN_BC0 and a number).

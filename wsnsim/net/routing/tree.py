@@ -52,6 +52,9 @@ class Tree:
 
     def hops(self, source: NodeId, destination: NodeId) -> int:
         """Return how many hops it is from one node to another, wires not counted."""
+        depth, other = self.depth[source], self.depth[destination]
+        if self.root in (source, destination) and depth >= 0 and other >= 0:
+            return depth + other
         return sum(not self.by_wire(*pair) for pair in pairwise(self.path(source, destination)))
 
     def by_wire(self, one: NodeId, other: NodeId) -> bool:
