@@ -120,7 +120,14 @@ def test_without_ns3_the_network_is_timed_alone(small_load, monkeypatch):
     assert said[0] == "no g++: no comparison"
     assert (compared.who, compared.what, compared.ratio) == ("wsnsim", "rgg_n10, T = 0.5 s", None)
     assert compared.delivered <= 9 * 20
-    assert [cost.motes for cost in grown] == [50, 100]
+    assert [cost.motes for cost in grown] == [50, 100, 50, 100]
+    assert compared.growth is None
+    for smaller, larger in (grown[:2], grown[2:]):
+        assert smaller.what == larger.what
+        assert (smaller.growth, larger.growth) == (
+            1.0,
+            pytest.approx(larger.us_per_frame / smaller.us_per_frame),
+        )
     for cost in (compared, *grown):
         assert cost.loop_s > 0.0
         assert cost.us_per_frame == pytest.approx(1e6 * cost.loop_s / cost.frames)

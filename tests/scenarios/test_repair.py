@@ -8,6 +8,8 @@ import wsnsim
 from wsnsim.metrics.conservation import violations
 from wsnsim.metrics.traffic import content_arrived
 from wsnsim.runs.result import Run
+from wsnsim.scenario.load import load_scenario
+from wsnsim.sim.networks import routing_config
 
 RELAYS = (
     "motes.nodes=[{id: relay, position_m: [17, 4, 3], battery: {kind: capacity, capacity_j: 0.8}}, "
@@ -64,7 +66,7 @@ def test_without_repair_they_are_lost_for_good(scenarios: Path) -> None:
     run = wsnsim.run(scenarios / "quickstart.yaml", overrides=(*COMMON, "system.variant=T0"))
     assert violations(run.tables, run.summary["simulated_s"]) == []
     assert {outcome for _, outcome in lasting(run, "c1")} <= {"dropped_no_ack"}
-    assert "control_share" not in run.summary
+    assert run.summary["control_share"] == 0
     assert run.nodes["control_tx_bytes"].sum() == 0
 
 
@@ -123,3 +125,19 @@ def test_the_ends_of_ways_are_not_to_be_mixed_up(scenarios: Path) -> None:
     ):
         with pytest.raises(wsnsim.ScenarioError, match=words):
             wsnsim.run(scenarios / "quickstart.yaml", overrides=("expect={}", override))
+
+
+@pytest.mark.parametrize(
+    ("mac", "given", "used_s"),
+    [
+        ("{kind: lpl, wake_interval_s: 0.1}", "null", 2.0),
+        ("{kind: lpl, wake_interval_s: 0.1}", "0.5", 0.5),
+        ("{kind: csma_ca}", "null", 0.128),
+    ],
+)
+def test_beacons_are_rarer_where_each_holds_the_channel_for_long(scenarios, mac, given, used_s):
+    overrides = (f"network.mac={mac}", f"network.routing={{repair: {{beacon_min_s: {given}}}}}")
+    loaded = load_scenario(scenarios / "network" / "duty_cycle.yaml", overrides)
+    repair = routing_config(loaded.scenario.network).repair
+    assert repair is not None
+    assert repair.beacon_min_s == pytest.approx(used_s)

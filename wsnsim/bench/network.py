@@ -18,6 +18,7 @@ from statistics import median
 from wsnsim.bench.ns3 import Peer, compiled
 from wsnsim.claims.network.layouts import Layout, random_layout, stored
 from wsnsim.claims.network.runs import DRAIN_S, PAYLOAD_BYTES, bed
+from wsnsim.net.config import RadioConfig
 from wsnsim.runs.provenance import peak_memory_bytes
 from wsnsim.types import Seconds
 
@@ -25,6 +26,9 @@ OURS, PEER = "wsnsim", "ns-3"
 _TURNS = 3
 _DURATION_S, _QUICK_S = 100.0, 10.0
 _GROWING, _QUICK_GROWING = (200, 1_000, 10_000), (50, 100)
+_RADIOS = {"CC2420": RadioConfig(), "ns-3's radio": None}
+"""ns-3's hears farther than 200 motes of the layouts' density reach: there a frame concerns 199 of 200, but
+some 570 of 10,000."""
 _HOP_PERIOD_S = 3.0
 """Of packets that go one hop: the frames a mote then sends are those of `rgg_n200` at T = 10 s."""
 _MOTE_SECONDS, _QUICK_MOTE_SECONDS = 90_000.0, 1_000.0
@@ -37,6 +41,8 @@ class Load:
 
     layout: Layout
     period_s: Seconds
+    radio: RadioConfig | None = None
+    """None: ns-3's."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +61,7 @@ class Cost:
     delivery_ratio : of those sent
     us_per_frame, us_per_delivered : CPU time of the loop [µs]
     ratio : of the time a delivered packet to the peer's, median of the turns' ratios; None without a peer
+    growth : of the time a frame to that of the smallest network, the same; None where nothing grows
     peak_memory_mb : the most that this process has held so far [MB]; None for the peer
     """
 
@@ -69,6 +76,7 @@ class Cost:
     us_per_frame: float
     us_per_delivered: float
     ratio: float | None = None
+    growth: float | None = None
     peak_memory_mb: float | None = None
 
 
@@ -106,7 +114,9 @@ def bench_network(
         for load in loads:
             costs += _compared(load, duration_s, turns, None if isinstance(peer, str) else peer, said)
     sizes, mote_seconds = (_QUICK_GROWING, _QUICK_MOTE_SECONDS) if quick else (_GROWING, _MOTE_SECONDS)
-    return costs + _grown(sizes, mote_seconds, turns, said)
+    for name, radio in _RADIOS.items():
+        costs += _grown(name, radio, sizes, mote_seconds, turns, said)
+    return costs
 
 
 def profile_network(load: Load, duration_s: Seconds = 30.0, lines: int = 25) -> str:
@@ -136,24 +146,36 @@ def _compared(
     ratio = None
     if theirs:
         ratio = median(_per_packet(a) / _per_packet(b) for a, b in zip(ours, theirs, strict=True))
-    costs = [_cost(OURS, what, load.layout.motes, ours, ratio, peak_memory_bytes() / 2**20)]
+    costs = [_cost(OURS, what, load.layout.motes, ours, ratio, None, peak_memory_bytes() / 2**20)]
     return costs + ([_cost(PEER, what, load.layout.motes, theirs)] if theirs else [])
 
 
-def _grown(sizes: Sequence[int], mote_seconds: float, turns: int, said: Callable[[str], None]) -> list[Cost]:
+def _grown(
+    name: str,
+    radio: RadioConfig | None,
+    sizes: Sequence[int],
+    mote_seconds: float,
+    turns: int,
+    said: Callable[[str], None],
+) -> list[Cost]:
     """Time packets of one hop, so that the load is the same everywhere in a network of any size."""
-    loads = {motes: Load(random_layout(motes), _HOP_PERIOD_S) for motes in sizes}
+    loads = {motes: Load(random_layout(motes), _HOP_PERIOD_S, radio) for motes in sizes}
     taken: dict[int, list[_Turn]] = {motes: [] for motes in sizes}
     peaks_mb: dict[int, float] = {}
     for turn in range(turns):
         for motes, load in loads.items():
-            said(f"{motes} motes of the same density: turn {turn + 1} of {turns}")
+            said(f"{motes} motes of the same density, {name}: turn {turn + 1} of {turns}")
             packets = max(1, round(mote_seconds / motes / _HOP_PERIOD_S))
             taken[motes].append(_run(load, packets * _HOP_PERIOD_S, turn, one_hop=True))
             # the smaller come first, so that in the first turn the peak is each one's own
             peaks_mb.setdefault(motes, peak_memory_bytes() / 2**20)
-    what = f"one hop each, T = {_HOP_PERIOD_S:g} s"
-    return [_cost(OURS, what, motes, taken[motes], None, peaks_mb[motes]) for motes in sizes]
+    what = f"one hop each, T = {_HOP_PERIOD_S:g} s, {name}"
+    first = [_per_frame(turn) for turn in taken[sizes[0]]]
+    costs = []
+    for motes in sizes:
+        growth = median(_per_frame(turn) / least for turn, least in zip(taken[motes], first, strict=True))
+        costs.append(_cost(OURS, what, motes, taken[motes], None, growth, peaks_mb[motes]))
+    return costs
 
 
 def _run(
@@ -166,7 +188,7 @@ def _run(
 ) -> _Turn:
     gc.collect()
     began = time.process_time()
-    network = bed(load.layout, seed)
+    network = bed(load.layout, seed, radio=load.radio)
     network.periodic(load.period_s, round(duration_s / load.period_s), bytes(PAYLOAD_BYTES), one_hop=one_hop)
     built = time.process_time()
     if profile is None:
@@ -184,6 +206,10 @@ def _run_peer(peer: Peer, load: Load, duration_s: Seconds, seed: int) -> _Turn:
     return _Turn(said["startup_cpu_s"], said["loop_cpu_s"], frames, said["delivered"], said["generated"])
 
 
+def _per_frame(turn: _Turn) -> float:
+    return 1e6 * turn.loop_s / max(turn.frames, 1.0)
+
+
 def _per_packet(turn: _Turn) -> float:
     return 1e6 * turn.loop_s / max(turn.delivered, 1.0)
 
@@ -194,6 +220,7 @@ def _cost(
     motes: int,
     turns: Sequence[_Turn],
     ratio: float | None = None,
+    growth: float | None = None,
     peak_memory_mb: float | None = None,
 ) -> Cost:
     return Cost(
@@ -205,8 +232,9 @@ def _cost(
         median(turn.frames for turn in turns),
         median(turn.delivered for turn in turns),
         median(turn.delivered / turn.generated for turn in turns),
-        median(1e6 * turn.loop_s / max(turn.frames, 1.0) for turn in turns),
+        median(_per_frame(turn) for turn in turns),
         median(_per_packet(turn) for turn in turns),
         ratio,
+        growth,
         peak_memory_mb,
     )

@@ -117,6 +117,8 @@ def _print_costs(costs: "list[Cost]") -> None:
         )
         if cost.ratio is not None:
             line += f"   × {cost.ratio:.3f} of ns-3"
+        if cost.growth is not None:
+            line += f"   × {cost.growth:.2f} a frame"
         if cost.peak_memory_mb is not None:
             line += f"   peak {cost.peak_memory_mb:.0f} MB"
         click.echo(line)

@@ -38,7 +38,7 @@ SINCE_NS = 5
 UNLOCKED_NS = 6
 """When it last stopped receiving a frame [ns]."""
 SPENT_NS = 6
-"""Plus the number of a state: the time spent in it before that, listening excepted, which is the rest [ns]."""
+"""Plus the number of a state: time spent in it before that, listening excepted, which is the rest [ns]."""
 OPENED_NS = 11
 """When it was first switched on [ns]."""
 ABOVE_NS = 12

@@ -51,6 +51,7 @@ SUMMARY_KEYS = TRACKING_KEYS.union(
         "mac_attempts_per_frame",
         "attempt_failure_ratio",
         "cca_busy_ratio",
+        "control_share",
         "budget_waited_s",
         "latency_mean_s",
         "latency_max_s",

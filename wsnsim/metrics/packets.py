@@ -40,7 +40,8 @@ def access(nodes: pd.DataFrame) -> Figures:
 
     - `mac_frames_tx`: frames of all kinds on the air; `mac_frames_retried`: those that repeat one
       that was not acknowledged.
-    - `mac_attempts_per_frame`: how often a frame that asks for an acknowledgement was sent, on average.
+    - `mac_attempts_per_frame`: how often a frame that asks for an acknowledgement was sent, on average;
+      under low-power listening each copy of a train is an attempt.
     - `attempt_failure_ratio`: share of those attempts that were not acknowledged.
     - `cca_busy_ratio`: share of the looks at the channel that found it busy.
     - `budget_waited_s`: how long frames waited for bandwidth budgets, all nodes together.

@@ -32,7 +32,7 @@ def traffic(
       where it is highest.
     - `base_ingress_bytes_per_step`: application bytes that arrived at the base.
     - `control_share`: of the bytes of all MAC frames sent, those of the routing
-      protocol; only where it said anything.
+      protocol.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def traffic(
         "bandwidth_mean_bps": 8 * mac_bytes / simulated_s if simulated_s > 0 else None,
         "bandwidth_peak_bps": _peak_bps(load),
         "base_ingress_bytes_per_step": ingress / steps if steps else None,
-        **_control(nodes),
+        "control_share": _control_share(nodes, mac_bytes),
     }
 
 
@@ -100,10 +100,11 @@ def last_messages(messages: pd.DataFrame) -> "pd.Series[int]":
     return messages["message"].map(lambda message: last.get(message, message))
 
 
-def _control(nodes: pd.DataFrame) -> Figures:
-    """Return the routing protocol's share; nothing in runs without one, or recorded before there was any."""
-    control_bytes = int(nodes["control_tx_bytes"].sum()) if "control_tx_bytes" in nodes else 0
-    return {"control_share": control_bytes / int(nodes["mac_tx_bytes"].sum())} if control_bytes else {}
+def _control_share(nodes: pd.DataFrame, mac_bytes: int) -> float | None:
+    # runs that were recorded before routes could change do not have the column
+    if "control_tx_bytes" not in nodes or not mac_bytes:
+        return None
+    return int(nodes["control_tx_bytes"].sum()) / mac_bytes
 
 
 def _peak_bps(load: pd.DataFrame) -> float | None:

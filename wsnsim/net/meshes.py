@@ -4,13 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 
+from wsnsim.net.backbone import Backbone
 from wsnsim.net.budget import Budget
 from wsnsim.net.clock import Clock
 from wsnsim.net.config import LinkConfig
 from wsnsim.net.mac.base import Mac, MacFamily
 from wsnsim.net.manners import Manners
 from wsnsim.net.mesh import MAX_HOPS, MAX_SHALLOW_HOPS
-from wsnsim.net.meshlink import Backbone, MeshLink
+from wsnsim.net.meshlink import MeshLink
 from wsnsim.net.parcel import Directory
 from wsnsim.net.routing.base import Router
 from wsnsim.net.routing.config import DisseminationConfig, RepairConfig
@@ -91,7 +92,7 @@ class Mesh:
         else:
             self._knows = repair is None or repair.initial == "tree"
         self._live = LiveTree(planned, self._knows, moved)
-        self._backbone = Backbone({}, self._reached_at_first())
+        self._backbone: Backbone[MeshLink] = Backbone(directory.base, {}, self._reached_at_first())
         self._links: dict[NodeId, MeshLink] = {}
 
     @property

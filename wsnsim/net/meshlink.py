@@ -15,11 +15,11 @@ time and loses nothing: what one has, all have.
 """
 
 import math
-from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
 
+from wsnsim.net.backbone import Backbone
 from wsnsim.net.budget import Budget
 from wsnsim.net.clock import Clock
 from wsnsim.net.config import LinkConfig
@@ -27,11 +27,13 @@ from wsnsim.net.flights import Flight, Load
 from wsnsim.net.fragmentation import fragment
 from wsnsim.net.inbox import Inbox
 from wsnsim.net.interface import Outcome
+from wsnsim.net.linkuse import LinkUse
 from wsnsim.net.mac.base import Mac
 from wsnsim.net.manners import Manners, Memory, extra_bytes, is_unicast
 from wsnsim.net.mesh import ALL_NEIGHBOURS, MeshHeader, decode_mesh, mesh_bytes
 from wsnsim.net.parcel import Directory, Parcel, fragment_room_bytes
 from wsnsim.net.phy.base import BROADCAST
+from wsnsim.net.repeats import Repeats
 from wsnsim.net.routing.base import Router
 from wsnsim.net.routing.control import (
     ROUTE_BYTES,
@@ -46,16 +48,6 @@ from wsnsim.units import to_ns
 
 _UNSENT = (Outcome.EXPIRED, Outcome.BUDGET, Outcome.NO_ROUTE)
 """What happens to a frame without the MAC."""
-
-
-@dataclass(frozen=True)
-class Backbone:
-    """The wire between the sinks: it takes no time and loses nothing."""
-
-    links: "dict[int, MeshLink]"
-    """Of the sinks, by address."""
-    reached: dict[int, int]
-    """By which sink each node is reached, as all sinks know it."""
 
 
 class MeshLink:
@@ -86,24 +78,24 @@ class MeshLink:
         mac: Mac,
         max_payload_bytes: int,
         directory: Directory,
-        backbone: Backbone,
+        backbone: "Backbone[MeshLink]",
         rng: np.random.Generator,
         budget: Budget | None = None,
     ) -> None:
-        self._node, self._clock, self._config, self._manners = node, clock, config, manners
+        self._node, self._config, self._manners = node, config, manners
         self._mac, self._max_payload_bytes = mac, max_payload_bytes
         self._directory, self._flights, self._backbone = directory, directory.flights, backbone
         self._address = directory.addresses[node]
-        self._rng, self._budget = rng, budget
+        self._budget = budget
         self._tag = 0
         self._numbers: dict[int, int] = {}
         """Of the last packet to each final address: who relays some of the packets sees no number twice."""
         self._known = Memory()
-        self._attempts_before = self._copies_before = 0
+        self._use = LinkUse(mac.counters, manners.overhead_bytes)
         self._hop: int | None = None
         self._alive = True
-        self._pausing: dict[Parcel, None] = {}
         self._queue = SendQueue(clock, config, mac, self, budget, rng)
+        self._repeats = Repeats(clock, rng, manners.spread.pause_s, self._queue.forward)
         self._inbox = Inbox(clock, to_ns(config.reassembly_timeout_s), self._late)
 
     def send(self, flight: Flight) -> None:
@@ -129,7 +121,7 @@ class MeshLink:
 
     def queued(self) -> int:
         """Return how many frames and datagrams wait here to be sent."""
-        return len(self._queue) + len(self._pausing)
+        return len(self._queue) + len(self._repeats)
 
     def stop(self) -> None:
         """Stop for good: the radio is silent, and all that waits here is lost."""
@@ -139,8 +131,7 @@ class MeshLink:
         frames, outbox = self._queue.drain()
         for flight in self._inbox.empty():
             self._flights.lose(flight, (self._node,), Outcome.DEAD)
-        pausing, self._pausing = self._pausing, {}
-        for parcel in (*frames, *pausing):
+        for parcel in (*frames, *self._repeats.drain()):
             self.lost(parcel, Outcome.DEAD)
         for flight in outbox:
             self._flights.let_go(flight, Outcome.DEAD)
@@ -171,9 +162,12 @@ class MeshLink:
         """Learn from the MAC what became of the frame in hand."""
         parcel = self._queue.in_hand
         if outcome not in _UNSENT:
-            self._report(parcel, outcome)
+            if isinstance(parcel, Control):
+                self._use.control(self.router, self._queue.control_sent, outcome)
+            else:
+                self._use.data(self.router, self._hop, outcome)
             if isinstance(parcel, Parcel) and outcome is None and parcel.repeats > 0:
-                self._repeat(parcel)
+                self._repeats.add(parcel)
             if isinstance(parcel, Parcel) and outcome is not None and is_unicast(parcel):
                 parcel.tries += 1
                 if parcel.tries < self._manners.tries:
@@ -187,7 +181,7 @@ class MeshLink:
 
     def ready(self, parcel: Parcel) -> bool:
         """Return whether a frame has a way now, or need not wait for one."""
-        if not is_unicast(parcel) or not self._manners.hold or self._is_sink:
+        if not is_unicast(parcel) or not self._manners.hold or self._address in self._backbone.links:
             return True
         return self.router.next_hop(parcel.header.final) is not None
 
@@ -205,7 +199,7 @@ class MeshLink:
             meant = tuple(self._directory.addresses[node] for node in parcel.flight.datagram.destinations)
             self._mac.submit(self._packet(parcel, b""), BROADCAST, meant, parcel)
         elif final == BROADCAST:
-            for other in self._other_sinks():
+            for other in self._backbone.others(self._address):
                 other.over_wire(parcel)
             packet = self._packet(parcel, encode_broadcast(parcel.sequence))
             self._mac.submit(packet, BROADCAST, self.router.neighbours(), parcel)
@@ -244,16 +238,6 @@ class MeshLink:
         """Note that a datagram of the node's own is lost."""
         self._flights.let_go(flight, outcome)
 
-    @property
-    def _is_sink(self) -> bool:
-        return self._address in self._backbone.links
-
-    def _ends_here(self, final: int) -> bool:
-        return final == self._address or (self._is_sink and final == self._directory.base)
-
-    def _other_sinks(self) -> "list[MeshLink]":
-        return [link for link in self._backbone.links.values() if self._is_sink and link is not self]
-
     def _submit_unicast(self, parcel: Parcel) -> None:
         final = parcel.header.final
         hop = self.router.next_hop(final)
@@ -263,9 +247,8 @@ class MeshLink:
             packet = self._packet(parcel, encode_route(parcel.cost, parcel.sequence))
             self._mac.submit(packet, hop, (hop,), parcel)
             return
-        links = self._backbone.links
-        other = links.get(final) or links.get(self._backbone.reached.get(final, self._address))
-        if self._is_sink and other is not None and other is not self:
+        other = self._backbone.towards(self._address, final)
+        if other is not None:
             other.over_wire(parcel)
             self.done(None)
         else:
@@ -295,14 +278,15 @@ class MeshLink:
         if not self._is_new(header, sequence):
             self._mac.counters.duplicates += 1
             return
-        if not self._ends_here(header.final) and self.router.next_hop(header.final) == source:
+        ends = self._backbone.is_end(self._address, header.final)
+        if not ends and self.router.next_hop(header.final) == source:
             self.router.forget(header.final)
         self._pass_on(header.after_hop(), body, sequence, sent)
 
     def _pass_on(self, header: MeshHeader, body: bytes, sequence: int, sent: Parcel) -> None:
         """Send on what is for others, and keep what is for this node, or for the base station at any sink."""
         unicast = header.final != BROADCAST
-        if self._ends_here(header.final):
+        if self._backbone.is_end(self._address, header.final):
             taker = self._backbone.links.get(header.final, self)
             if taker._alive:
                 taker._keep(header, body, sent, after_hop=True)
@@ -322,44 +306,6 @@ class MeshLink:
         self._queue.forward(
             Parcel(sent.flight, header, body, False, load=load, sequence=sequence, repeats=repeats)
         )
-
-    def _repeat(self, parcel: Parcel) -> None:
-        """Broadcast a frame again, after a while."""
-        load = parcel.load
-        assert load is not None
-        load.copies += 1
-        again = Parcel(
-            parcel.flight,
-            parcel.header,
-            parcel.body,
-            False,
-            load=load,
-            sequence=parcel.sequence,
-            repeats=parcel.repeats - 1,
-        )
-        self._pausing[again] = None
-
-        def resume() -> None:
-            if again in self._pausing:
-                del self._pausing[again]
-                self._queue.forward(again)
-
-        self._clock.call(to_ns(self._rng.random() * self._manners.spread.pause_s), resume)
-
-    def _report(self, frame: Parcel | Control | None, outcome: Outcome | None) -> None:
-        """Tell the router how often a frame was sent, and count the router's own."""
-        counters = self._mac.counters
-        attempts, self._attempts_before = counters.attempts - self._attempts_before, counters.attempts
-        copies, self._copies_before = counters.copies - self._copies_before, counters.copies
-        hop = self._hop
-        if isinstance(frame, Control):
-            payload_bytes, destination = self._queue.control_sent
-            hop = None if destination == BROADCAST else destination
-            sent = attempts if hop is not None else (1 + copies) * (outcome is None)
-            counters.control_frames_tx += sent
-            counters.control_tx_bytes += sent * (payload_bytes + self._manners.overhead_bytes)
-        if hop is not None and outcome in (None, Outcome.NO_ACK):
-            self.router.sent(hop, max(1, attempts - copies), outcome is None)
 
     def _is_new(self, header: MeshHeader, sequence: int) -> bool:
         """Return whether a packet was never here, and know it from now on."""

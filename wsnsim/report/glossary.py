@@ -88,6 +88,17 @@ ROLES: Mapping[str, str] = {
 }
 
 
+ATTEMPTS = (
+    "how often a frame that asks for an acknowledgement was sent, on average; under low-power listening "
+    "each copy of a train is an attempt"
+)
+FAILURES = (
+    "share that was not acknowledged; under low-power listening all copies of a train but the one that the "
+    "receiver wakes for"
+)
+"""What figures of the medium access mean."""
+
+
 def explained(words: Mapping[str, str], name: str) -> str:
     """Return the words for a name, or the name itself with spaces."""
     return words.get(name, name.replace("_", " "))

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from wsnsim.metrics.figures import DROPPED
-from wsnsim.report.glossary import OUTCOMES, explained
+from wsnsim.report.glossary import ATTEMPTS, FAILURES, OUTCOMES, explained
 from wsnsim.report.wording import count, duration, length, number, percent, quantity, with_unit
 
 
@@ -189,15 +189,13 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
     ),
     KeyFigure("mac_frames_tx", "Frames on the air", "data, repeats and acknowledgements of all nodes", count),
     KeyFigure("mac_frames_retried", "Frames repeated", "those of them that repeat one", count),
-    KeyFigure(
-        "mac_attempts_per_frame",
-        "Attempts a frame",
-        "how often a frame that asks for an acknowledgement was sent, on average",
-        number,
-    ),
-    KeyFigure("attempt_failure_ratio", "Attempts that failed", "share that was not acknowledged", percent),
+    KeyFigure("mac_attempts_per_frame", "Attempts a frame", ATTEMPTS, number),
+    KeyFigure("attempt_failure_ratio", "Attempts that failed", FAILURES, percent),
     KeyFigure(
         "cca_busy_ratio", "Channel found busy", "share of the looks at the channel before sending", percent
+    ),
+    KeyFigure(
+        "control_share", "Share of the routing protocol", "of the bytes of all frames on the air", percent
     ),
     KeyFigure(
         "budget_waited_s", "Waited for budgets", "frames of all nodes, for their bandwidth budgets", duration
@@ -295,8 +293,8 @@ _PACKETS = {
     "offered_bps": "application data handed to the network, over the time in which messages are made",
     "throughput_bps": "application data that arrived at the base station, over the same time",
     "mac_frames_tx": "data, repeats and acknowledgements of all nodes",
-    "mac_attempts_per_frame": "how often a frame that asks for an acknowledgement was sent, on average",
-    "attempt_failure_ratio": "share that was not acknowledged",
+    "mac_attempts_per_frame": ATTEMPTS,
+    "attempt_failure_ratio": FAILURES,
     "cca_busy_ratio": "share of the looks at the channel before sending",
 }
 """What figures mean in a run without cameras, those of its short table among them."""

@@ -1,9 +1,8 @@
 """Schema of `network:`: radio, channel, medium access and routing. The sensitivity is the CC2420's."""
 
-from collections.abc import Mapping
-from typing import Any, Literal, Self
+from typing import Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from wsnsim.scenario.schema_base import Part, wrong
 from wsnsim.scenario.schema_channel import Fading, Noise, TableNoise
@@ -76,13 +75,6 @@ class NetworkParams(Part):
         10.0, gt=0, le=3600, description="how long a receiver waits for a message's missing fragments [s]"
     )
 
-    @field_validator("propagation", mode="before")
-    @classmethod
-    def _log_distance_unless_said_otherwise(cls, propagation: Any) -> Any:
-        if isinstance(propagation, Mapping) and "kind" not in propagation:
-            return {"kind": LogDistance.model_fields["kind"].default, **propagation}
-        return propagation
-
     @model_validator(mode="after")
     def _noise_has_a_table(self) -> Self:
         if isinstance(self.noise, TableNoise) and not isinstance(self.propagation, LinkTable):
@@ -99,10 +91,3 @@ class NetworkParams(Part):
         if isinstance(self.routing, EtxTree) and self.routing.estimate == "probes":
             raise wrong(f"routing.estimate must be model {why}")
         return self
-
-    @field_validator("routing", mode="before")
-    @classmethod
-    def _fewest_hops_unless_said_otherwise(cls, routing: Any) -> Any:
-        if isinstance(routing, Mapping) and "kind" not in routing:
-            return {"kind": MinHopTree.model_fields["kind"].default, **routing}
-        return routing

@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import Field
+from pydantic import Field, Tag
 
-from wsnsim.scenario.schema_base import Extent, InputFile, Name, Part
+from wsnsim.scenario.schema_base import Extent, InputFile, Name, Part, kind_or
 
 
 class Walls(Part):
@@ -140,5 +140,11 @@ class RecordedLinks(Part):
 
 
 Propagation: TypeAlias = Annotated[
-    LogDistance | FreeSpace | TwoRay | LinkTable | RecordedLinks, Field(discriminator="kind")
+    Annotated[LogDistance, Tag("log_distance")]
+    | Annotated[FreeSpace, Tag("free_space")]
+    | Annotated[TwoRay, Tag("two_ray")]
+    | Annotated[LinkTable, Tag("link_table")]
+    | Annotated[RecordedLinks, Tag("recorded")],
+    kind_or("log_distance"),
 ]
+"""A propagation; where the kind is left out, log-distance path loss."""

@@ -2,9 +2,9 @@
 
 from typing import Annotated, Literal, Self, TypeAlias
 
-from pydantic import Field, model_validator
+from pydantic import Field, Tag, model_validator
 
-from wsnsim.scenario.schema_base import Name, Part, wrong
+from wsnsim.scenario.schema_base import Name, Part, kind_or, wrong
 
 
 class Repair(Part):
@@ -14,12 +14,12 @@ class Repair(Part):
         "tree",
         description="tree: the motes know the tree at first; discover: they find their ways themselves",
     )
-    beacon_min_s: float = Field(
-        0.128,
+    beacon_min_s: float | None = Field(
+        None,
         gt=0,
         le=1e4,
-        description="shortest interval of the Trickle timer (RFC 6206); over lpl better twenty times the "
-        "wake_interval_s, for which each beacon holds the channel [s]",
+        description="shortest interval of the Trickle timer (RFC 6206); null: 0.128, over lpl twenty times "
+        "the wake_interval_s, for which each beacon holds the channel [s]",
     )
     beacon_doublings: int = Field(
         8, ge=0, le=24, description="how often the interval doubles while nothing changes [-]"
@@ -162,4 +162,11 @@ class Dissemination(Part):
     )
 
 
-Routing: TypeAlias = Annotated[MinHopTree | EtxTree | MinEnergyTree | GivenTree, Field(discriminator="kind")]
+Routing: TypeAlias = Annotated[
+    Annotated[MinHopTree, Tag("min_hop_tree")]
+    | Annotated[EtxTree, Tag("etx_tree")]
+    | Annotated[MinEnergyTree, Tag("min_energy_tree")]
+    | Annotated[GivenTree, Tag("tree")],
+    kind_or("min_hop_tree"),
+]
+"""A choice of routes; where the kind is left out, the fewest hops."""

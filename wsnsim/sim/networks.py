@@ -27,9 +27,10 @@ from wsnsim.scenario.load import LoadedScenario
 from wsnsim.scenario.nodes import placed_nodes
 from wsnsim.scenario.routes import PARENTS, route_faults
 from wsnsim.scenario.schema import Scenario
+from wsnsim.scenario.schema_mac import Lpl, Mac
 from wsnsim.scenario.schema_network import NetworkParams
 from wsnsim.scenario.schema_propagation import LinkTable, RecordedLinks
-from wsnsim.scenario.schema_routing import EtxTree, GivenTree, MinEnergyTree, MinHopTree
+from wsnsim.scenario.schema_routing import EtxTree, GivenTree, MinEnergyTree, MinHopTree, Repair
 from wsnsim.sim.channels import good_links, run_channel, run_links
 from wsnsim.sim.macs import link_config, mac_family, radio_config
 from wsnsim.sim.power import NodePower
@@ -38,6 +39,8 @@ from wsnsim.types import NodeId
 
 _SOMETHING = 0.01
 """Share of the longest frames that a link of a tree by hand must carry in both directions."""
+_WAKES_A_BEACON = 20
+"""Wake intervals between a node's beacons at least: each holds the channel for one of them."""
 _USUAL: float = MinHopTree.model_fields["link_success_min"].default
 """What counts as a good link where the routing does not say."""
 
@@ -177,13 +180,21 @@ def build_network(
 def routing_config(network: NetworkParams) -> RoutingConfig:
     """Return what happens to routes while the network runs."""
     routing = network.routing
-    repair = None if routing.repair is None else RepairConfig(**dict(routing.repair))
+    repair = None if routing.repair is None else _repair_config(routing.repair, network.mac)
     probing = None
     if isinstance(routing, EtxTree) and routing.estimate == "probes":
         packet_bytes = routing.frame_bytes - mac_family(network).overhead_bytes
         most_etx = 1.0 / routing.link_success_min
         probing = ProbingConfig(routing.probes, routing.probe_interval_s, max(1, packet_bytes), most_etx)
     return RoutingConfig(repair, probing, DisseminationConfig(**dict(network.dissemination)))
+
+
+def _repair_config(repair: Repair, mac: Mac) -> RepairConfig:
+    """Return how routes are repaired; where a beacon takes a wake interval, they are farther apart."""
+    given = {key: value for key, value in dict(repair).items() if value is not None}
+    if isinstance(mac, Lpl):
+        given.setdefault("beacon_min_s", _WAKES_A_BEACON * mac.wake_interval_s)
+    return RepairConfig(**given)
 
 
 def _by_radio(

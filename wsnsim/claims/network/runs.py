@@ -62,6 +62,7 @@ def bed(
     collision: CollisionModel = "sinr",
     cca: CcaModel = "end_of_window",
     *,
+    radio: RadioConfig | None = None,
     family: MacFamily | None = None,
     record_frames: bool = False,
     meters: Mapping[NodeId, RadioMeter] | None = None,
@@ -70,9 +71,10 @@ def bed(
 
     Parameters
     ----------
+    radio : another radio, in place of it, `collision` and `cca`
     family : the MAC; None: unslotted CSMA/CA of IEEE 802.15.4
     """
-    radio = RadioConfig(
+    radio = radio or RadioConfig(
         sensitivity_dbm=SENSITIVITY_DBM,
         noise_dbm=NOISE_DBM,
         cca_threshold_dbm=CCA_DBM,
