@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from wsnsim.net.mac.dcf import DcfFamily
 from wsnsim.net.mac.dcf_config import DcfConfig
+from wsnsim.net.mac.dcf_family import DcfFamily
 
 RadioBench = runpy.run_path(str(Path(__file__).parents[1] / "radio_bench.py"))["RadioBench"]
 

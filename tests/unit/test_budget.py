@@ -163,6 +163,45 @@ def test_any_number_may_be_dropped_at_one_instant(repair):
     assert len({at for at, *_ in run.dropped_at}) == 1
 
 
+@pytest.mark.parametrize("at_limit", ["drop", "delay"])
+def test_the_routing_protocol_pays_from_the_budget_and_nothing_is_lost_sight_of(at_limit):
+    """Ways are found from nothing, and again when a relay dies, by motes that may hardly speak."""
+    places = {
+        "n0": (0.0, 0.0, 0.0), "n1": (35.0, 15.0, 0.0), "n2": (35.0, -15.0, 0.0), "n3": (70.0, 0.0, 0.0)
+    }  # fmt: skip
+    parents = {"n0": None, "n1": "n0", "n2": "n0", "n3": "n1"}
+    rate_bps, burst_bytes, until_s = 4000, 600, 25.0
+    budgets = {node: BudgetConfig(rate_bps, burst_bytes, at_limit) for node in parents if node != "n0"}
+    repair = RoutingConfig(RepairConfig(initial="discover"))
+    run = RadioBench(
+        places, parents, 3, budgets=budgets, routing=repair, queue_frames=5, outbox_datagrams=3,
+    )  # fmt: skip
+    meant = [
+        (run.send(node, "n0", bytes(60), at_ns=at * S // 4), "n0") for at in range(8, 100) for node in budgets
+    ]
+    run.at(12 * S, lambda: run.network.stop_node("n1"))
+    run.run(until_s)
+    fates = run.fates()
+    # each message has one fate; what has none yet waits somewhere
+    assert set(fates) <= set(meant)
+    assert set(fates.values()) == {1}
+    open_yet = [message for message in meant if message not in fates]
+    waiting = sum(run.network.queued(node) for node in places)
+    assert len(open_yet) <= waiting
+    assert bool(open_yet) == (at_limit == "delay")
+    lost = {outcome for *_, outcome in run.dropped_at}
+    assert (Outcome.BUDGET in lost) == (at_limit == "drop")
+    assert Outcome.DEAD in lost
+    # the far one found its way again
+    last = {datagram.source: at for at, datagram, *_ in run.delivered_at}
+    assert last["n2"] > 20 * S < last["n3"]
+    for node in budgets:
+        counters = run.network.counters(node)
+        assert 0 < counters.control_tx_bytes < counters.mac_tx_bytes
+        # all of it is charged; at the end there may be a debt for a beacon and an acknowledgement
+        assert counters.mac_tx_bytes <= rate_bps / 8 * until_s + burst_bytes + 133 + 11
+
+
 def test_a_budget_that_is_never_reached_changes_nothing():
     plenty, none = scenario(bandwidth_bps=10_000_000, burst_bytes=10_000), scenario()
     none["motes"]["default"]["budget"] = None

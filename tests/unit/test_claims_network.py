@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 from wsnsim.claims.__main__ import command
 from wsnsim.claims.network import dcf, energy, errors, hidden, page, stars, traces, trees
+from wsnsim.claims.network.dcf_slots import failures
 from wsnsim.claims.network.layouts import (
     LINK_RANGE_M,
     STORED,
@@ -201,6 +202,21 @@ def test_bianchis_model_of_one_station_is_a_cycle_of_fixed_parts():
     assert chances == sorted(chances)
     # with two stations one collides where the other sends
     assert chances[0] == pytest.approx(dcf.bianchi(2)[0])
+
+
+def test_counters_that_stand_still_in_busy_slots(test_seed):
+    """Two that draw 0 or 1: both are due at the beginning of each idle slot.
+
+    They collide once, and again with 1/4: 8/3 attempts fail. In 2 cases of 3 one
+    of them is left over and sends 2 times in the mean: 4/3 attempts do not.
+    """
+    rng = np.random.default_rng(test_seed)
+    assert failures(1, [32], 1000, rng) == 0.0
+    assert failures(3, [1, 1], 1000, rng) == 1.0
+    # per slot 4 attempts; the share's standard error over 25,000 slots is below 0.003
+    assert failures(2, [2], 100_000, rng) == pytest.approx(2 / 3, abs=0.01)
+    # with windows that hardly overlap in time Bianchi's chain is near
+    assert failures(5, dcf.WINDOWS.tolist(), 100_000, rng) == pytest.approx(dcf.bianchi(5)[1], rel=0.03)
 
 
 def test_the_rows_of_energy_hold():

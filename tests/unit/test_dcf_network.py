@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from wsnsim.net.interface import Outcome
-from wsnsim.net.mac.dcf import DcfFamily
 from wsnsim.net.mac.dcf_config import DcfConfig
+from wsnsim.net.mac.dcf_family import DcfFamily
 from wsnsim.net.phy.ieee80211b import Ieee80211b
 
 RadioBench = runpy.run_path(str(Path(__file__).parents[1] / "radio_bench.py"))["RadioBench"]

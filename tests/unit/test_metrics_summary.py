@@ -209,6 +209,17 @@ def test_the_peak_is_measured_between_consecutive_rows():
     assert measure_traffic(load_rows=LOAD.head(1))["bandwidth_peak_bps"] is None
 
 
+def test_the_share_of_the_routing_protocol_is_one_of_bytes_on_the_air():
+    sent = nodes()
+    on_the_air = sent["mac_tx_bytes"].sum()
+    told = sent.assign(control_tx_bytes=[0, 30, *[0] * (len(sent) - 2)])
+    arguments = {"base": "base", "steps": 2, "step_s": 0.5, "simulated_s": 1.25}
+    assert traffic(messages(), told, LOAD, **arguments)["control_share"] == 30 / on_the_air
+    assert traffic(messages(), told.assign(mac_tx_bytes=0), LOAD, **arguments)["control_share"] is None
+    # a run that was recorded before routes could change
+    assert traffic(messages(), sent, LOAD, **arguments)["control_share"] is None
+
+
 def test_messages_to_the_base_and_all_others_are_told_apart():
     figures = measure_traffic()
     assert figures["delivery_ratio"] == pytest.approx(1 / 3)

@@ -6,7 +6,7 @@ import yaml
 from wsnsim.errors import ScenarioError
 from wsnsim.hardware.profiles import RADIOS
 from wsnsim.net.mac.csma_ca import CsmaCaFamily
-from wsnsim.net.mac.dcf import DcfFamily
+from wsnsim.net.mac.dcf_family import DcfFamily
 from wsnsim.scenario.load import load_scenario, scenario_from_dict
 from wsnsim.scenario.nodes import placed_nodes
 from wsnsim.scenario.resolved import resolved_yaml

@@ -3,8 +3,8 @@
 from wsnsim.net.config import LinkConfig, RadioConfig
 from wsnsim.net.mac.base import MacFamily
 from wsnsim.net.mac.csma_ca import CsmaCaConfig, CsmaCaFamily
-from wsnsim.net.mac.dcf import DcfFamily
 from wsnsim.net.mac.dcf_config import DcfConfig
+from wsnsim.net.mac.dcf_family import DcfFamily
 from wsnsim.net.mac.lpl_config import LplConfig, step_ns
 from wsnsim.net.mac.lpl_family import LplFamily
 from wsnsim.net.mac.napping import START_UP_NS

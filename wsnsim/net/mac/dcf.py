@@ -24,7 +24,6 @@ and backoff procedures, 9.2.5.1-9.2.5.3; NAV, 9.2.5.4; acknowledgement and its t
 9.2.9; EIFS, 9.2.10; retry limit, annex D (dot11ShortRetryLimit).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -34,11 +33,8 @@ from wsnsim.net.clock import Call, Clock
 from wsnsim.net.interface import LinkCounters, Outcome
 from wsnsim.net.mac.base import Upper
 from wsnsim.net.mac.dcf_config import DcfConfig
-from wsnsim.net.mac.dcf_service import dcf_service_ns
 from wsnsim.net.mac.frames80211 import (
     ACK_BYTES,
-    DATA_OVERHEAD_BYTES,
-    MAX_PAYLOAD_BYTES,
     SEQUENCES,
     DcfAck,
     DcfData,
@@ -52,27 +48,6 @@ from wsnsim.types import Nanoseconds
 
 EIFS_NS: Nanoseconds = SIFS_NS + Ieee80211b(1).air_time_ns(ACK_BYTES) + DIFS_NS
 """With an acknowledgement at 1 Mbit/s, whatever the basic rate (sec. 9.2.10)."""
-
-
-class DcfFamily:
-    """The medium access of all nodes, as `wsnsim.net.mac.base.MacFamily` asks for it."""
-
-    max_payload_bytes = MAX_PAYLOAD_BYTES
-    overhead_bytes = DATA_OVERHEAD_BYTES
-    ack_bytes = ACK_BYTES
-
-    def __init__(self, config: DcfConfig | None = None) -> None:
-        self._config = DcfConfig() if config is None else config
-        self.phy = Ieee80211b(self._config.rate_mbps, self._config.preamble, self._config.basic_rate_mbps)
-
-    def mac(self, clock: Clock, medium: Medium, address: int, rng: np.random.Generator) -> "Dcf":
-        """Return the MAC of the node with that address."""
-        return Dcf(clock, medium, self.phy, self._config, address, rng)
-
-    def service_ns(self, payload_bytes: Sequence[int], contenders: int) -> Nanoseconds:
-        """Return the time in which a datagram crosses one hop, as a rule [ns]."""
-        mpdu_bytes = [DATA_OVERHEAD_BYTES + size for size in payload_bytes]
-        return dcf_service_ns(self.phy, mpdu_bytes, contenders, self._config.cw_min)
 
 
 @dataclass(frozen=True, slots=True)
