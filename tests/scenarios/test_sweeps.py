@@ -230,3 +230,27 @@ def test_versions_are_kept(one_by_one: Sweep) -> None:
     assert json.loads(made["libraries"])["numpy"]
     assert set(one_by_one.runs["provenance"]) == {made["provenance"]}
     assert one_by_one.other_versions == 0
+
+
+def test_a_study_without_cameras_shows_load_delivery_and_delay(tmp_path: Path) -> None:
+    (tmp_path / "packets.yaml").write_text(
+        "{duration_s: 2, motes: {layout: {kind: star, nodes: 3, radius_m: 5}}, system: {kind: traffic}}"
+    )
+    study = tmp_path / "loads.yaml"
+    study.write_text(
+        "{scenario: packets.yaml, seeds: [0, 1], factors: {period: {system.period_s: [0.1, 0.4]}}}"
+    )
+    done = wsnsim.sweep(study, out=tmp_path / "loads", workers=1)
+    assert done.complete
+    offered = done.cells.set_index("level")["offered_bps"]
+    assert offered["0.1"] == pytest.approx(4 * offered["0.4"])
+    page = (done.folder / "report.html").read_text("utf-8")
+    for words in ("Offered load [bit/s]", "Messages to the base station delivered", "95th percentile"):
+        assert words in page
+    for words in ("position error", "lost a target", "lost only here", "error in the images"):
+        assert words not in page
+    study.write_text(study.read_text()[:-1] + ", charts: {x: [cca_busy_ratio], y: control_share}}")
+    page = (wsnsim.sweep(study, out=tmp_path / "loads", workers=1).folder / "report.html").read_text("utf-8")
+    assert "Channel found busy" in page
+    assert "Share of the routing protocol" in page
+    assert "Offered load" not in page

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from wsnsim.metrics.cells import compare, compare_losses
+from wsnsim.metrics.cells import Losses, compare, compare_losses
 from wsnsim.metrics.statistics import Interval
 from wsnsim.report.document import SCRIPTS, asset, figure_json, policy, template
 from wsnsim.report.keyfigures import KEY_FIGURES
@@ -20,12 +20,40 @@ if TYPE_CHECKING:
 
 Row = tuple[str, ...]
 
-_SHOWN = ("reprojection_error_mean_px", "latency_p95_s")
-"""Figures that stand in the table of cells beside those of the charts."""
-_CAPTION = (
+
+@dataclass(frozen=True)
+class _Subject:
+    """What a study is about, and what its report shows unless it is told otherwise.
+
+    Parameters
+    ----------
+    x, y : figures of the charts, across and up
+    shown : those that stand in the table of cells beside them
+    caption : how to read the charts
+    """
+
+    x: tuple[str, ...]
+    y: str
+    shown: tuple[str, ...]
+    caption: str
+
+
+_SCALES = (
+    "Scales are logarithmic where means are far apart; an interval that reaches below a tenth of its mean is "
+    "cut there."
+)
+_TRACKING = _Subject(
+    ("mac_bytes_per_step", "energy_per_step_j"),
+    "position_error_mean_m",
+    ("reprojection_error_mean_px", "latency_p95_s"),
     "Each marker is a cell: the mean over its seeds of what it costs (across) and of its error (up), with "
-    "95 % intervals. Down and to the left is better. Scales are logarithmic where means are far apart; an "
-    "interval that reaches below a tenth of its mean is cut there."
+    f"95 % intervals. Down and to the left is better. {_SCALES}",
+)
+_TRAFFIC = _Subject(
+    ("offered_bps", "latency_p95_s"),
+    "delivery_ratio",
+    ("throughput_bps", "attempt_failure_ratio", "energy_total_j"),
+    f"Each marker is a cell: means over its seeds with 95 % intervals. {_SCALES}",
 )
 _SHOW = {figure.key: figure for figure in KEY_FIGURES}
 
@@ -39,8 +67,9 @@ class SweepContext:
     name : of the study
     cells : the table of cells, with `baseline` (the cell it is compared to) and `settings` (JSON)
     runs : one row for each cell and seed
-    x : figures that are costs, one chart each
-    y : the figure that they buy
+    x : figures that are costs, one chart each; None: those that fit the study
+    y : the figure that they buy; None: the one that fits
+    tracking : whether there are runs with cameras
     overrides : values from the command line in every run
     made_with : versions that results were made with
     """
@@ -48,10 +77,26 @@ class SweepContext:
     name: str
     cells: "pd.DataFrame"
     runs: "pd.DataFrame"
-    x: tuple[str, ...]
-    y: str
+    x: tuple[str, ...] | None
+    y: str | None
+    tracking: bool
     overrides: tuple[str, ...]
     made_with: "pd.DataFrame"
+
+    @property
+    def subject(self) -> _Subject:
+        """What the study is about."""
+        return _TRACKING if self.tracking else _TRAFFIC
+
+    @property
+    def across(self) -> tuple[str, ...]:
+        """Figures across, one chart each."""
+        return self.x or self.subject.x
+
+    @property
+    def up(self) -> str:
+        """Figure up, in all charts."""
+        return self.y or self.subject.y
 
 
 @dataclass(frozen=True)
@@ -100,7 +145,7 @@ def render_sweep(context: SweepContext) -> str:
         failed=_failed_rows(context),
         pending=int((context.runs["status"] == "pending").sum()),
         sections=sections,
-        caption=_CAPTION,
+        caption=context.subject.caption,
         settings=_settings_table(context),
         versions=_versions(context),
         figures=charts,
@@ -143,53 +188,65 @@ def _draw(
     context: SweepContext, cells: "pd.DataFrame", name: str, charts: dict[str, Markup], by_factor: bool
 ) -> tuple[str, ...]:
     made = []
-    for at, key in enumerate(context.x):
+    for at, key in enumerate(context.across):
         charts[f"{name}x{at}"] = figure_json(
-            cost_figure(cells, key, context.y, (_axis_title(key), _axis_title(context.y)), by_factor)
+            cost_figure(cells, key, context.up, (_axis_title(key), _axis_title(context.up)), by_factor)
         )
         made.append(f"{name}x{at}")
     return tuple(made)
 
 
 def _cells_table(context: SweepContext, cells: "pd.DataFrame") -> Table:
-    keys = list(dict.fromkeys([context.y, *context.x, *_SHOWN]))
-    heads = ("cell", "runs", "lost a target", *(_title(key) for key in keys))
+    keys = list(dict.fromkeys([context.up, *context.across, *context.subject.shown]))
+    lost_head = ("lost a target",) if context.tracking else ()
+    heads = ("cell", "runs", *lost_head, *(_title(key) for key in keys))
     rows: list[Row] = []
     for cell in cells.to_dict("records"):
-        lost = "–"
-        if cell["runs"]:
-            ends = f"{percent(cell['lost_share_low'])} to {percent(cell['lost_share_high'])}"
-            lost = f"{count(cell['lost_runs'])} of {count(cell['runs'])} ({ends})"
-        rows.append((_label(cell), count(cell["runs"]), lost, *(_mean_text(cell, key) for key in keys)))
+        lost = (_lost_text(cell),) if context.tracking else ()
+        rows.append((_label(cell), count(cell["runs"]), *lost, *(_mean_text(cell, key) for key in keys)))
     return Table("Mean ± 95 % interval over the seeds", heads, rows, tuple(range(1, len(heads))))
+
+
+def _lost_text(cell: Mapping[Any, Any]) -> str:
+    if not cell["runs"]:
+        return "–"
+    ends = f"{percent(cell['lost_share_low'])} to {percent(cell['lost_share_high'])}"
+    return f"{count(cell['lost_runs'])} of {count(cell['runs'])} ({ends})"
 
 
 def _comparison_table(context: SweepContext, cells: "pd.DataFrame", baseline: "pd.Series[Any]") -> Table:
     name = _label(baseline)
+    lost_head = (f"runs lost only here / only in {name} (p)",) if context.tracking else ()
     heads = (
         "cell",
         "seeds",
-        f"{_title(context.y)}, ratio",
-        f"{_title(context.y)}, difference",
-        *(f"{_title(key)}, ratio" for key in context.x),
-        f"runs lost only here / only in {name} (p)",
+        f"{_title(context.up)}, ratio",
+        f"{_title(context.up)}, difference",
+        *(f"{_title(key)}, ratio" for key in context.across),
+        *lost_head,
     )
     rows: list[Row] = []
     for cell in cells.to_dict("records"):
         if cell["cell"] == baseline["cell"]:
             continue
         pair = (context.runs, int(cell["cell"]), int(baseline["cell"]))
-        main, losses = compare(*pair, context.y), compare_losses(*pair)
-        ratios = (_ratio_text(compare(*pair, key).ratio) for key in context.x)
+        main = compare(*pair, context.up)
+        ratios = (_ratio_text(compare(*pair, key).ratio) for key in context.across)
         difference = main.difference
-        apart = "–" if difference.n == 0 else _signed(context.y, difference)
-        lost = f"{losses.here} / {losses.there} ({number(losses.probability, 2)})"
-        rows.append((_label(cell), count(main.seeds), _ratio_text(main.ratio), apart, *ratios, lost))
+        apart = "–" if difference.n == 0 else _signed(context.up, difference)
+        lost = (_losses_text(compare_losses(*pair)),) if context.tracking else ()
+        rows.append((_label(cell), count(main.seeds), _ratio_text(main.ratio), apart, *ratios, *lost))
     caption = (
         f"Beside “{name}” on the same seeds: geometric mean of the paired ratios, mean of the paired "
-        "differences, 95 % intervals; exact test of McNemar for lost targets"
+        "differences, 95 % intervals"
     )
+    if context.tracking:
+        caption += "; exact test of McNemar for lost targets"
     return Table(caption, heads, rows, tuple(range(1, len(heads))))
+
+
+def _losses_text(losses: Losses) -> str:
+    return f"{losses.here} / {losses.there} ({number(losses.probability, 2)})"
 
 
 def _facts(context: SweepContext) -> str:

@@ -88,13 +88,18 @@ class Case(Part):
 class Charts(Part):
     """What the report draws."""
 
-    x: tuple[Figure, ...] = Field(
-        ("mac_bytes_per_step", "energy_per_step_j"),
+    x: tuple[Figure, ...] | None = Field(
+        None,
         min_length=1,
         max_length=4,
-        description="costs, one chart each: figures of summary.json",
+        description="costs, one chart each: figures of summary.json; null: bytes on the air and energy a "
+        "step, or without cameras offered load and 95th percentile of the latency",
     )
-    y: Figure = Field("position_error_mean_m", description="what they buy: a figure of summary.json")
+    y: Figure | None = Field(
+        None,
+        description="what they buy: a figure of summary.json; null: the mean position error, or without "
+        "cameras the delivery ratio",
+    )
 
 
 class Study(Part):

@@ -300,7 +300,7 @@ def _finish(loaded: LoadedStudy, folder: Path) -> "tuple[pd.DataFrame, pd.DataFr
     from wsnsim.metrics.cells import cells_table
     from wsnsim.report.keyfigures import KEY_FIGURES
     from wsnsim.report.sweep import SweepContext, write_sweep_report
-    from wsnsim.store.sweeps import FIGURES
+    from wsnsim.store.sweeps import COMPLETE, FIGURES
 
     runs, rows = read_sweep(folder / DATABASE, "runs"), read_sweep(folder / DATABASE, "cells")
     figures = [each.key for each in KEY_FIGURES if each.key in FIGURES]
@@ -314,6 +314,7 @@ def _finish(loaded: LoadedStudy, folder: Path) -> "tuple[pd.DataFrame, pd.DataFr
         runs=runs,
         x=charts.x,
         y=charts.y,
+        tracking=bool(runs["steps"].notna().any()) or not (runs["status"] == COMPLETE).any(),
         overrides=loaded.overrides,
         made_with=read_sweep(folder / DATABASE, "provenance"),
     )
