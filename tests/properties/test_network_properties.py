@@ -40,7 +40,9 @@ def test_the_tree_reaches_the_base_in_fewest_hops(seed, nodes, side_m):
     if not within.all():
         with pytest.raises(RoutingError) as raised:
             tree_to("n0", places)
-        assert [f"'n{at}' cannot" in str(raised.value) for at in range(nodes)] == (~within).tolist()
+        lost, said = np.flatnonzero(~within), str(raised.value)
+        assert [at for at in range(nodes) if f"'n{at}' cannot" in said] == lost[:20].tolist()
+        assert (f"nor can {len(lost) - 20} others" in said) == (len(lost) > 20)
         return
     tree = tree_to("n0", places)
     assert list(tree.depth.values()) == hops.tolist()
