@@ -11,6 +11,7 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from io import StringIO
 from pathlib import Path
 from statistics import median
@@ -138,11 +139,11 @@ def _compared(
     for turn in range(turns):
         said(f"{what}: turn {turn + 1} of {turns}")
         # each second turn runs backwards: whoever comes first has no advantage
-        runs: list[Callable[[], None]] = [lambda turn=turn: ours.append(_run(load, duration_s, turn))]  # type: ignore[misc]
+        measures = [(ours, partial(_run, load, duration_s, turn))]
         if peer is not None:
-            runs.append(lambda turn=turn: theirs.append(_run_peer(peer, load, duration_s, turn)))  # type: ignore[misc]
-        for run in runs[:: 1 if turn % 2 == 0 else -1]:
-            run()
+            measures.append((theirs, partial(_run_peer, peer, load, duration_s, turn)))
+        for taken, measure in measures[:: 1 if turn % 2 == 0 else -1]:
+            taken.append(measure())
     ratio = None
     if theirs:
         ratio = median(_per_packet(a) / _per_packet(b) for a, b in zip(ours, theirs, strict=True))

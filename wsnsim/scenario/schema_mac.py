@@ -11,6 +11,18 @@ from pydantic import AfterValidator, Field, Tag, model_validator
 
 from wsnsim.scenario.schema_base import Part, kind_or, wrong
 
+QueueFrames: TypeAlias = Annotated[
+    int, Field(ge=1, le=100_000, description="frames that a node's link layer can hold [-]")
+]
+OutboxDatagrams: TypeAlias = Annotated[
+    int, Field(ge=1, le=100_000, description="messages of its own that wait above the link layer [-]")
+]
+CcaThreshold: TypeAlias = Annotated[
+    float, Field(ge=-150, le=0, description="energy that makes the channel busy [dBm]")
+]
+_OF_OTHERS = {"kind", "cca_threshold_dbm", "queue_frames", "outbox_datagrams"}
+"""Keys that the transceiver and the link layer read, not the MAC."""
+
 
 class CsmaCa(Part):
     """Unslotted CSMA/CA with acknowledgements."""
@@ -30,20 +42,14 @@ class CsmaCa(Part):
         le=100,
         description="how often a frame that never found a free channel starts again; 0: it is lost [-]",
     )
-    cca_threshold_dbm: float = Field(
-        -77.0, ge=-150, le=0, description="energy that makes the channel busy [dBm]"
-    )
+    cca_threshold_dbm: CcaThreshold = -77.0
     cca: Literal["whole_window", "end_of_window"] = Field(
         "whole_window",
         description="whole_window: busy if there was energy at any time of the 8 symbols, as the standard "
         "has it; end_of_window: only what is there at the end or begins inside counts, as in ns-3 and INET",
     )
-    queue_frames: int = Field(
-        30, ge=1, le=100_000, description="frames that a node's link layer can hold [-]"
-    )
-    outbox_datagrams: int = Field(
-        8, ge=1, le=100_000, description="messages of its own that wait above the link layer [-]"
-    )
+    queue_frames: QueueFrames = 30
+    outbox_datagrams: OutboxDatagrams = 8
 
     @model_validator(mode="after")
     def _exponents_in_order(self) -> Self:
@@ -80,16 +86,12 @@ class Tdma(Part):
         "false: one",
     )
     max_frame_retries: int = Field(3, ge=0, le=20, description="retries without an ACK [-]")
-    queue_frames: int = Field(
-        30, ge=1, le=100_000, description="frames that a node's link layer can hold [-]"
-    )
-    outbox_datagrams: int = Field(
-        8, ge=1, le=100_000, description="messages of its own that wait above the link layer [-]"
-    )
+    queue_frames: QueueFrames = 30
+    outbox_datagrams: OutboxDatagrams = 8
 
     def values(self) -> dict[str, Any]:
         """Return what `wsnsim.net.mac.tdma_config.TdmaConfig` takes."""
-        return self.model_dump(exclude={"kind", "queue_frames", "outbox_datagrams"})
+        return self.model_dump(exclude=_OF_OTHERS)
 
     @model_validator(mode="after")
     def _slots_hold_frames_and_guards_drift(self) -> Self:
@@ -121,19 +123,13 @@ class Lpl(Part):
     max_frame_retries: int = Field(
         3, ge=0, le=20, description="how often a whole train of copies without an ACK is repeated [-]"
     )
-    cca_threshold_dbm: float = Field(
-        -77.0, ge=-150, le=0, description="energy that makes the channel busy [dBm]"
-    )
-    queue_frames: int = Field(
-        30, ge=1, le=100_000, description="frames that a node's link layer can hold [-]"
-    )
-    outbox_datagrams: int = Field(
-        8, ge=1, le=100_000, description="messages of its own that wait above the link layer [-]"
-    )
+    cca_threshold_dbm: CcaThreshold = -77.0
+    queue_frames: QueueFrames = 30
+    outbox_datagrams: OutboxDatagrams = 8
 
     def values(self) -> dict[str, Any]:
         """Return what `wsnsim.net.mac.lpl_config.LplConfig` takes."""
-        return self.model_dump(exclude={"kind", "cca_threshold_dbm", "queue_frames", "outbox_datagrams"})
+        return self.model_dump(exclude=_OF_OTHERS)
 
     @model_validator(mode="after")
     def _intervals_hold_what_happens_in_them(self) -> Self:
@@ -174,16 +170,12 @@ class Dcf(Part):
     cca_threshold_dbm: float = Field(
         -80.0, ge=-150, le=0, description="energy that makes the channel busy, beside any frame heard [dBm]"
     )
-    queue_frames: int = Field(
-        30, ge=1, le=100_000, description="frames that a node's link layer can hold [-]"
-    )
-    outbox_datagrams: int = Field(
-        8, ge=1, le=100_000, description="messages of its own that wait above the link layer [-]"
-    )
+    queue_frames: QueueFrames = 30
+    outbox_datagrams: OutboxDatagrams = 8
 
     def values(self) -> dict[str, Any]:
         """Return what `wsnsim.net.mac.dcf_config.DcfConfig` takes."""
-        return self.model_dump(exclude={"kind", "cca_threshold_dbm", "queue_frames", "outbox_datagrams"})
+        return self.model_dump(exclude=_OF_OTHERS)
 
     @model_validator(mode="after")
     def _windows_and_rates_in_order(self) -> Self:

@@ -21,7 +21,7 @@ IEEE Std 802.15.4-2006: CSMA-CA, sec. 7.5.1.4 and fig. 69; spacing, sec.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from wsnsim.net.clock import Call, Clock
 from wsnsim.net.interface import LinkCounters, Outcome
 from wsnsim.net.mac.base import Upper
 from wsnsim.net.mac.csma_ca_service import csma_ca_service_ns
+from wsnsim.net.mac.exchange import Duplicates, Job
 from wsnsim.net.mac.frames import (
     ACK_BYTES,
     DATA_OVERHEAD_BYTES,
@@ -117,15 +118,6 @@ class CsmaCaFamily:
         return csma_ca_service_ns(mpdu_bytes, contenders, self._config.min_be)
 
 
-class _Job(NamedTuple):
-    """A data frame in the hands of the MAC."""
-
-    mpdu: bytes
-    destination: int
-    meant: tuple[int, ...]
-    cargo: Any
-
-
 class CsmaCa:
     """The MAC of one node.
 
@@ -145,11 +137,10 @@ class CsmaCa:
         self.awaits_ack = False
         self._clock, self._medium, self._config = clock, medium, config
         self._address, self._rng = address, rng
-        self._duplicate_lifetime_ns = to_ns(config.duplicate_lifetime_s)
-        self._heard: dict[int, tuple[int, Nanoseconds]] = {}
+        self._duplicates = Duplicates(to_ns(config.duplicate_lifetime_s))
         self._drawn: list[float] = []
         self._sequence = self._draw(256)
-        self._job: _Job | None = None
+        self._job: Job | None = None
         self._attempts = self._busy = self._exponent = 0
         self._timer: Call | None = None
         self._answer: Call | None = None
@@ -181,7 +172,7 @@ class CsmaCa:
         frame = MacData(
             self._sequence, self._config.pan_id, destination, self._address, payload, ack_request=unicast
         )
-        self._job = _Job(frame.encode(), destination, meant, cargo)
+        self._job = Job(frame.encode(), destination, meant, cargo)
         self._attempts = self._restarts = 0
         if not self._answering:
             self._contend()
@@ -205,10 +196,7 @@ class CsmaCa:
         counters.mac_rx_bytes += len(transmission.mpdu)
         if frame.ack_request:
             self._prepare_answer(frame)
-        now = self._clock.now
-        sequence, since_ns = self._heard.get(frame.source, (-1, 0))
-        self._heard[frame.source] = (frame.sequence, now)
-        if frame.sequence != sequence or now - since_ns > self._duplicate_lifetime_ns:
+        if self._duplicates.is_new(frame.source, frame.sequence, self._clock.now):
             self._upper.received(frame.payload, frame.source, transmission.cargo)
 
     def carrier(self, busy: bool) -> None:

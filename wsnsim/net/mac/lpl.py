@@ -38,7 +38,6 @@ BoX-MACs: exploiting physical and link layer boundaries in low-power networking
 TEP 105, Low power listening.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -46,6 +45,7 @@ import numpy as np
 from wsnsim.net.clock import Call, Clock
 from wsnsim.net.interface import LinkCounters, Outcome
 from wsnsim.net.mac.base import Upper
+from wsnsim.net.mac.exchange import Duplicates, Job
 from wsnsim.net.mac.frames import MacAck, MacData, decode_frame
 from wsnsim.net.mac.lpl_config import LplConfig, quiet_ns, step_ns
 from wsnsim.net.mac.napping import START_UP_NS, Napper
@@ -59,16 +59,6 @@ from wsnsim.net.phy.ieee802154 import (
 from wsnsim.net.phy.medium import Medium, Radio
 from wsnsim.types import Nanoseconds
 from wsnsim.units import to_ns
-
-
-@dataclass(frozen=True, slots=True)
-class _Job:
-    """A data frame in the hands of the MAC."""
-
-    mpdu: bytes
-    destination: int
-    meant: tuple[int, ...]
-    cargo: Any
 
 
 class Lpl:
@@ -94,11 +84,10 @@ class Lpl:
         self._check_ns = to_ns(config.check_s)
         self._after_ns = to_ns(config.after_receive_s)
         self._patience_ns = config.patience_intervals * self._interval_ns
-        self._duplicate_lifetime_ns = 2 * self._interval_ns + to_ns(config.duplicate_margin_s)
+        self._duplicates = Duplicates(2 * self._interval_ns + to_ns(config.duplicate_margin_s))
         self._phase_ns = self._draw(self._interval_ns)
         self._sequence = self._draw(256)
-        self._heard: dict[int, tuple[int, Nanoseconds]] = {}
-        self._job: _Job | None = None
+        self._job: Job | None = None
         self._copies = self._trains = self._exponent = 0
         self._wanted_since_ns: Nanoseconds = 0
         self._train_until_ns: Nanoseconds = 0
@@ -141,7 +130,7 @@ class Lpl:
         frame = MacData(
             self._sequence, self._config.pan_id, destination, self._address, payload, ack_request=unicast
         )
-        self._job = _Job(frame.encode(), destination, meant, cargo)
+        self._job = Job(frame.encode(), destination, meant, cargo)
         self._copies = self._trains = 0
         if self._napper.asleep:
             self._napper.wake(self._ready)
@@ -180,10 +169,7 @@ class Lpl:
         self._stay()
         if frame.ack_request:
             self._prepare_answer(frame)
-        now = self._clock.now
-        sequence, since_ns = self._heard.get(frame.source, (-1, 0))
-        self._heard[frame.source] = (frame.sequence, now)
-        if frame.sequence != sequence or now - since_ns > self._duplicate_lifetime_ns:
+        if self._duplicates.is_new(frame.source, frame.sequence, self._clock.now):
             self._upper.received(frame.payload, frame.source, transmission.cargo)
 
     def sent(self, transmission: Transmission) -> None:

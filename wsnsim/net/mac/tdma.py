@@ -27,7 +27,6 @@ channel hopping of IEEE Std 802.15.4e-2012.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -37,6 +36,7 @@ from wsnsim.net.clock import Call, Clock
 from wsnsim.net.interface import LinkCounters, Outcome
 from wsnsim.net.mac.base import Upper
 from wsnsim.net.mac.beacons import MacBeacon, decode_beacon
+from wsnsim.net.mac.exchange import Duplicates, Job
 from wsnsim.net.mac.frames import MacAck, MacData, decode_frame
 from wsnsim.net.mac.napping import Napper
 from wsnsim.net.mac.slots import Duty, Part, Timetable
@@ -46,18 +46,6 @@ from wsnsim.net.phy.ieee802154 import ACK_WAIT_NS, TURNAROUND_NS, air_time_ns
 from wsnsim.net.phy.medium import Medium, Radio
 from wsnsim.types import Nanoseconds
 from wsnsim.units import to_ns
-
-
-@dataclass(frozen=True, slots=True)
-class _Job:
-    """A data frame in the hands of the MAC."""
-
-    mpdu: bytes
-    destination: int
-    meant: tuple[int, ...]
-    cargo: Any
-    part: Part
-    """In which of its own slots the node sends it."""
 
 
 class Tdma:
@@ -90,12 +78,13 @@ class Tdma:
         self._parent, self._children = table.parents[address], table.children[address]
         self._duties = table.duties(address)
         self._superframe_ns = table.length * config.slot_ns
-        self._remember_ns = 2 * (config.max_frame_retries + 1) * self._superframe_ns
+        self._duplicates = Duplicates(2 * (config.max_frame_retries + 1) * self._superframe_ns)
         drift_ppm = config.drift_ppm * (2.0 * rng.random() - 1.0)
         self.time = DriftingClock(0.0 if self._parent is None else drift_ppm)
         self._sequence = int(rng.random() * 256)
-        self._heard: dict[int, tuple[int, Nanoseconds]] = {}
-        self._job: _Job | None = None
+        self._job: Job | None = None
+        self._part = Part.SEND_UP
+        """In which of its own slots the node sends it."""
         self._attempts = 0
         self._superframe, self._next_duty = 0, 0
         self._duty: Duty | None = None
@@ -133,8 +122,8 @@ class Tdma:
             self._number(), self._config.pan_id, destination, self._address, payload, ack_request=unicast
         )
         up = destination == self._parent or not self._children
-        part = Part.SEND_UP if up else Part.SEND_DOWN
-        self._job = _Job(frame.encode(), destination, meant, cargo, part)
+        self._part = Part.SEND_UP if up else Part.SEND_DOWN
+        self._job = Job(frame.encode(), destination, meant, cargo)
         self._attempts = 0
         if not self._duties:
             self._timer = self._clock.call(0, lambda: self._finish(Outcome.NO_ACK))
@@ -166,7 +155,9 @@ class Tdma:
             self._prepare_answer(frame)
         else:
             self._close()
-        if isinstance(frame, MacData) and self._is_new(frame):
+        if isinstance(frame, MacData) and self._duplicates.is_new(
+            frame.source, frame.sequence, self._clock.now
+        ):
             self._upper.received(frame.payload, frame.source, transmission.cargo)
 
     def sent(self, transmission: Transmission) -> None:
@@ -189,12 +180,6 @@ class Tdma:
     @property
     def _job_sequence(self) -> int | None:
         return None if self._job is None else self._job.mpdu[2]
-
-    def _is_new(self, frame: MacData) -> bool:
-        now = self._clock.now
-        sequence, since_ns = self._heard.get(frame.source, (-1, 0))
-        self._heard[frame.source] = (frame.sequence, now)
-        return frame.sequence != sequence or now - since_ns > self._remember_ns
 
     def _await_duty(self) -> None:
         """Wait for the next slot in which this node has something to do."""
@@ -220,7 +205,7 @@ class Tdma:
     def _speak(self) -> None:
         assert self._duty is not None
         part, job = self._duty.part, self._job
-        may_send = job is not None and job.part is part
+        may_send = job is not None and self._part is part
         if part is Part.SEND_DOWN and self._beacon_is_due() and not (may_send and self._beaconed):
             self._beaconed = True
             self._napper.wake(self._send_beacon, TURNAROUND_NS)
