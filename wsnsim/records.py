@@ -30,15 +30,15 @@ class TruthRow:
 
 @dataclass(frozen=True, slots=True)
 class ViewRow:
-    """How much of a target one camera really sees at a sampling instant (rows with visible pixels only)."""
+    """How much of a target one camera really sees at a sampling instant; no row where it sees nothing."""
 
     table: ClassVar[str] = "views"
     time_s: float
     camera: str
     target: str
-    visible_px: float
-    """Pixels of the image that show the target, in parts at its edge."""
-    pixel_share: float
+    visible_px: float | None
+    """Pixels of the image that show the target, in parts at its edge; None where the system needs none."""
+    pixel_share: float | None
     """`visible_px` over the pixels of the image."""
 
 

@@ -145,7 +145,7 @@ seed: 4
         "s.yaml:15:7: world.targets[2].id: must be given (name, unique in the world)",
         "s.yaml:15:45: world.targets[2].shape.semi_axes_m: must be a list, got 3",
         's.yaml:16:7: world.targets[2].motion.kind: must be given: "waypoints", "constant_velocity", '
-        '"random_waypoint", "gauss_markov" or "recorded"',
+        '"random_waypoint", "gauss_markov", "recorded" or "crowd"',
         "s.yaml:18:75: cameras[0].resolution_px[0]: must be a whole number, got 320.5",
         's.yaml:18:98: cameras[0].focal_px: must be a number, got "300"',
         "s.yaml:19:5: cameras[1]: must look at a point other than its own position",

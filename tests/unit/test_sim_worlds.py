@@ -250,7 +250,7 @@ def test_names_are_told_apart(problems):
         ("to_m: [10, 8]", "to_m: [10, 2]", "world.occluders[0]: must be 0.001 m long or more"),
         ("radius_m: 0.3", "radius: 0.3", 'world.occluders[2].radius: unknown key; did you mean "radius_m"?'),
         ("yaw_deg: 30", "yaw_deg: .inf", "world.occluders[1].yaw_deg: must be a finite number, got inf"),
-        ("count: 30", "count: 0", "world.people[0].count: must be at least 1, got 0"),
+        ("count: 30", "count: -1", "world.people[0].count: must be at least 0, got -1"),
         (
             "{kind: random_waypoint, speed_mps: [0.5, 1.5], pause_s: 1}",
             "{kind: waypoints, points_m: [[1, 1, 1]]}",

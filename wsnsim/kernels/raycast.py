@@ -17,8 +17,8 @@ _FINE = 4
 """Samples a side where an outline or a patch border crosses the pixel."""
 _COARSE = 2
 """Samples a side where they show one surface: the corners of the fine samples."""
-_FACES = 6
-"""Faces of a body at most."""
+_FACES = 34
+"""Faces of a body at most: those of a prism of 32 sides."""
 
 NOTHING = -1
 """Owner of a pixel that shows no body."""
@@ -47,6 +47,8 @@ def cast_bodies(
     shapes: FloatArray,
     cut: BoolArray,
     boxes: IntArray,
+    plane_starts: IntArray,
+    planes: FloatArray,
     patch_starts: IntArray,
     patch_centres: FloatArray,
     patch_colours: FloatArray,
@@ -73,6 +75,8 @@ def cast_bodies(
     centres, shapes : (m, 2), (m, 2, 2) - outlines in the image [px], [1/px²]
     cut : (m,) - True where the camera plane cuts the body, so that its outline may be no closed curve
     boxes : (m, 4) - x0, y0, x1, y1, pixels that the body can touch; empty where it cannot be seen
+    plane_starts : (m + 1,) - sides of body b are planes plane_starts[b] to plane_starts[b + 1] - 1
+    planes : (e, 3) - sides of prisms in body coordinates, inside where nx x + ny y ≤ c
     patch_starts : (m + 1,) - patches of body b are patch_starts[b] to patch_starts[b + 1] - 1
     patch_centres : (p, 3) - unit vectors
     patch_colours : (p, 3) - RGB [0–255]
@@ -117,7 +121,20 @@ def cast_bodies(
                         if radius > 1.0 - reaches[b]:
                             side = _FINE
                     elif cut[b] or not _holds_pixel(
-                        x, y, width, height, focal_px, k1, k2, turning, b, forms, to_unit, eyes
+                        x,
+                        y,
+                        width,
+                        height,
+                        focal_px,
+                        k1,
+                        k2,
+                        turning,
+                        b,
+                        forms,
+                        to_unit,
+                        eyes,
+                        plane_starts,
+                        planes,
                     ):
                         side = _FINE
                     touching[found] = b
@@ -141,7 +158,9 @@ def cast_bodies(
                     stride = (_FINE - 1) // (side - 1)
                     column, row = sample % side * stride, sample // side * stride
                     rx, ry = _ray(x, y, column, row, width, height, focal_px, k1, k2, turning)
-                    body, face, ux, uy, uz = _nearest(rx, ry, touching, found, forms, to_unit, eyes)
+                    body, face, ux, uy, uz = _nearest(
+                        rx, ry, touching, found, forms, to_unit, eyes, plane_starts, planes
+                    )
                     surface = -1
                     if body >= 0:
                         hits[body] += 1
@@ -152,7 +171,16 @@ def cast_bodies(
                             )
                             surface = patch * _FACES + face
                             shade = ambient + (1.0 - ambient) * facing(
-                                forms[body], face, ux, uy, uz, per_axes[body], lights[body]
+                                forms[body],
+                                face,
+                                ux,
+                                uy,
+                                uz,
+                                per_axes[body],
+                                lights[body],
+                                planes,
+                                plane_starts[body],
+                                plane_starts[body + 1],
                             )
                             red += shade * patch_colours[patch, 0]
                             green += shade * patch_colours[patch, 1]
@@ -200,6 +228,8 @@ def _holds_pixel(
     forms: IntArray,
     to_unit: FloatArray,
     eyes: FloatArray,
+    plane_starts: IntArray,
+    planes: FloatArray,
 ) -> bool:
     """Tell whether all samples of a pixel meet body b, seen alone.
 
@@ -211,7 +241,18 @@ def _holds_pixel(
         vx = to_unit[b, 0, 0] * rx + to_unit[b, 0, 1] * ry + to_unit[b, 0, 2]
         vy = to_unit[b, 1, 0] * rx + to_unit[b, 1, 1] * ry + to_unit[b, 1, 2]
         vz = to_unit[b, 2, 0] * rx + to_unit[b, 2, 1] * ry + to_unit[b, 2, 2]
-        t, _ = enter(forms[b], eyes[b, 0], eyes[b, 1], eyes[b, 2], vx, vy, vz)
+        t, _ = enter(
+            forms[b],
+            eyes[b, 0],
+            eyes[b, 1],
+            eyes[b, 2],
+            vx,
+            vy,
+            vz,
+            planes,
+            plane_starts[b],
+            plane_starts[b + 1],
+        )
         if not t < np.inf:
             return False
     return True
@@ -261,6 +302,8 @@ def _nearest(
     forms: IntArray,
     to_unit: FloatArray,
     eyes: FloatArray,
+    plane_starts: IntArray,
+    planes: FloatArray,
 ) -> tuple[int, int, float, float, float]:
     """Return the first body that a ray meets, or -1, its face, and the point in the body's coordinates."""
     depth, body, side = np.inf, -1, 0
@@ -271,7 +314,8 @@ def _nearest(
         vx = to_unit[b, 0, 0] * rx + to_unit[b, 0, 1] * ry + to_unit[b, 0, 2]
         vy = to_unit[b, 1, 0] * rx + to_unit[b, 1, 1] * ry + to_unit[b, 1, 2]
         vz = to_unit[b, 2, 0] * rx + to_unit[b, 2, 1] * ry + to_unit[b, 2, 2]
-        t, face = enter(forms[b], ox, oy, oz, vx, vy, vz)  # t is the depth along the optical axis
+        # t is the depth along the optical axis
+        t, face = enter(forms[b], ox, oy, oz, vx, vy, vz, planes, plane_starts[b], plane_starts[b + 1])
         if t < depth:
             depth, body, side = t, b, face
             ux, uy, uz = ox + t * vx, oy + t * vy, oz + t * vz

@@ -9,6 +9,7 @@ from wsnsim.world.motion import Pose
 
 _CORNERS = 48
 """Corners of the polygon that stands for a round outline."""
+_SQUARE = ((-1, -1), (-1, 1), (1, -1), (1, 1))
 
 
 def footprint(body: Body, pose: Pose) -> FloatArray:
@@ -33,8 +34,9 @@ def footprint(body: Body, pose: Pose) -> FloatArray:
         rim = _circle() @ flat[:, :2].T
         outline = _hull(np.vstack([rim + flat[:, 2], rim - flat[:, 2]]))
     else:
-        corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-        outline = _hull(corners @ flat.T)
+        base = body.corners_m / body.semi_axes_m[:2] if body.form == "prism" else _SQUARE
+        units = np.array([(x, y, z) for x, y in base for z in (-1, 1)])
+        outline = _hull(units @ flat.T)
     closed = np.vstack([outline, outline[:1]])
     return np.asarray(closed + pose.position[:2], dtype=np.float64)
 

@@ -23,6 +23,7 @@ def cross_faults(data: Mapping[str, Any]) -> list[Fault]:
     return [
         *_node_names(data),
         *_world_names(data),
+        *_crowd(data),
         *_relays(data),
         *_rates(data),
         *_duration(data),
@@ -122,6 +123,27 @@ def _world_names(data: Mapping[str, Any]) -> Iterator[Fault]:
         if number.isdecimal() and 1 <= int(number) <= count:
             of_crowd = f"which one of the crowd {path_text(crowd_path)} has too"
             yield Fault(path, f"must be a name of its own, got {shown(name)}, {of_crowd}")
+
+
+def _crowd(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Ask for a crowd where somebody walks with it, for somebody where there is one, and for its step."""
+    world = _mapping(data, "world")
+    members = [
+        (*path, "motion", "kind")
+        for group in ("targets", "people")
+        for path, item in _items(data, "world", group)
+        if _mapping(item, "motion").get("kind") == "crowd"
+    ]
+    if world.get("crowd") is None:
+        for path in members:
+            yield Fault(path, "must have a world.crowd to walk with: write crowd: {} under world")
+        return
+    if not members:
+        message = "must have members: give targets or people motion: {kind: crowd}, or leave it out"
+        yield Fault(("world", "crowd"), message)
+    if _mapping(world, "crowd").get("step_s") is None and not data.get("cameras"):
+        message = "must be given: there is no camera whose frame period could be the time of a step [s]"
+        yield Fault(("world", "crowd", "step_s"), message)
 
 
 def _twice(first: dict[str, KeyPath], path: KeyPath, name: str) -> Iterator[Fault]:

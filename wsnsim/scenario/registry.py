@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
 BUILT_IN = {
     "multiview": "wsnsim.systems.multiview.system:SYSTEM",
+    "scanline": "wsnsim.systems.scanline.system:SYSTEM",
     "traffic": "wsnsim.systems.traffic.system:SYSTEM",
 }
 """Where the package's own systems are."""

@@ -157,6 +157,12 @@ class Recorded(Part):
     spin: Spinning = Spin()
 
 
-Motion: TypeAlias = Annotated[
-    Waypoints | ConstantVelocity | RandomWaypoint | GaussMarkov | Recorded, Field(discriminator="kind")
-]
+class CrowdWalk(Part):
+    """Motion as one of `world.crowd`, on the floor: to points that are drawn, round walls and the others."""
+
+    kind: Literal["crowd"] = Field(description="crowd: walks with all others of world.crowd, upright")
+
+
+OwnMotion: TypeAlias = Waypoints | ConstantVelocity | RandomWaypoint | GaussMarkov | Recorded
+"""Motions of one body alone."""
+Motion: TypeAlias = Annotated[OwnMotion | CrowdWalk, Field(discriminator="kind")]

@@ -3,7 +3,7 @@
 import math
 from typing import Annotated, Literal, Self, TypeAlias
 
-from pydantic import Field, Tag, model_validator
+from pydantic import AfterValidator, Field, Tag, model_validator
 
 from wsnsim.scenario.schema_base import (
     Coordinate,
@@ -18,10 +18,14 @@ from wsnsim.scenario.schema_base import (
     kind_or,
     wrong,
 )
-from wsnsim.scenario.schema_motion import Motion, Waypoints
+from wsnsim.scenario.schema_motion import Motion, Speed, Waypoints
 
 _SHORTEST_M = 1e-3
-"""Length of a wall at least [m]."""
+"""Length of a wall, or of a prism's side, at least [m]."""
+_STRAIGHT = 1e-6
+"""Turn below which a corner is straight [rad]."""
+
+FloorPlace: TypeAlias = tuple[Coordinate, Coordinate]
 
 
 class Light(Part):
@@ -95,7 +99,7 @@ class Person(Part):
 
     id: Name = Field(description="name, unique in the world; those of a crowd are NAME-1, NAME-2, ...")
     count: int = Field(
-        1, ge=1, le=10_000, description="how many there are, each with a motion of its own [-]"
+        1, ge=0, le=10_000, description="how many there are, each with a motion of its own; 0: nobody [-]"
     )
     shape: Shape = Field(description="form and surface")
     motion: Motion = Field(description="where it is at any time")
@@ -108,7 +112,7 @@ class Person(Part):
     @model_validator(mode="after")
     def _crowds_spread(self) -> Self:
         motion = self.motion
-        drawn = motion.kind in {"random_waypoint", "gauss_markov"}
+        drawn = motion.kind in {"random_waypoint", "gauss_markov", "crowd"}
         if self.count > 1 and not drawn and not (isinstance(motion, Waypoints) and motion.jitter_m > 0):
             must = "must have a motion that is drawn for each (waypoints: with jitter_m)"
             raise wrong(f"a count of {self.count} {must}, got {motion.kind}")
@@ -168,7 +172,76 @@ class Pillar(Part):
     attenuation_db: Attenuation | None = Field(None, description=_ATTENUATION)
 
 
-Occluder: TypeAlias = Annotated[Wall | Box | Pillar, Field(discriminator="kind")]
+def _convex(corners: tuple[FloorPlace, ...]) -> tuple[FloorPlace, ...]:
+    """Ask for corners that turn the same way at each, and once round in all."""
+    total, sides = 0.0, list(zip(corners, (*corners[1:], corners[0]), strict=True))
+    for number, ((start, corner), (_, end)) in enumerate(zip(sides, (*sides[1:], sides[0]), strict=True)):
+        place = f"{list(corner)} (corner {(number + 1) % len(corners) + 1})"
+        if math.dist(start, corner) < _SHORTEST_M:
+            raise wrong(f"must have sides of {_SHORTEST_M:g} m or more, got a shorter one at {place} [m]")
+        turn = _turn(start, corner, end)
+        if math.pi - abs(turn) < _STRAIGHT:
+            raise wrong(f"must make a polygon with an area, got one that folds back at {place} [m]")
+        if abs(turn) < _STRAIGHT:
+            raise wrong(f"must turn at each corner, got a straight one at {place} [m]; leave it out")
+        if total * turn < 0.0:
+            must = "must make a convex polygon"
+            raise wrong(f"{must}, got one that turns back at {place} [m]; divide it into convex ones")
+        total += turn
+    if abs(total) > 3.0 * math.pi:
+        raise wrong("must go round once, got a polygon that crosses itself; divide it into convex ones")
+    return corners
+
+
+def _turn(start: FloorPlace, corner: FloorPlace, end: FloorPlace) -> float:
+    """Return the angle from one side to the next, within ±π, to the left above 0 [rad]."""
+    (ax, ay), (bx, by), (cx, cy) = start, corner, end
+    ux, uy, vx, vy = bx - ax, by - ay, cx - bx, cy - by
+    return math.atan2(ux * vy - uy * vx, ux * vx + uy * vy)
+
+
+Corners: TypeAlias = Annotated[
+    tuple[FloorPlace, ...], Field(min_length=3, max_length=32), AfterValidator(_convex)
+]
+
+
+class Prism(Part):
+    """What stands upright on a convex polygon."""
+
+    id: Name = Field(description="name, unique in the world")
+    kind: Literal["prism"] = Field(description="prism: upright on a convex polygon")
+    corners_m: Corners = Field(
+        description="x and y of the corners, in either order; the polygon is convex, no corner straight [m]"
+    )
+    height_m: Extent = Field(2.5, description="from its lower to its upper end [m]")
+    base_m: Coordinate = Field(0.0, description="height of its lower end [m]")
+    texture: OccluderTexture = Field(PlainTexture(), description="what the surface looks like")
+    attenuation_db: Attenuation | None = Field(None, description=_ATTENUATION)
+
+
+Occluder: TypeAlias = Annotated[Wall | Box | Pillar | Prism, Field(discriminator="kind")]
+
+
+class Crowd(Part):
+    """How all with the motion `crowd` walk: to points that are drawn, and round each other.
+
+    Nobody enters an occluder, leaves the area or walks over a camera; bodies with other motions are not
+    heeded. All keep as far apart as the widest two of them must, twice its largest horizontal semi-axis.
+    """
+
+    speed_mps: Speed = Field(1.5, description="speed of everybody, without noise [m/s]")
+    noise_sd_m: float = Field(
+        0.066,
+        ge=0,
+        le=1e3,
+        description="standard deviation of what is added to each step, x and y each [m]",
+    )
+    step_s: Annotated[float, Field(ge=1e-3, le=1e4)] | None = Field(
+        None, description="time of one step; null: one frame period of the cameras [s]"
+    )
+    area_m: tuple[FloorPlace, FloorPlace] | None = Field(
+        None, description="two opposite corners, x and y, of where they walk [m]; null: the floor plan"
+    )
 
 
 class World(Part):
@@ -184,6 +257,9 @@ class World(Part):
     )
     people: tuple[Person, ...] = Field(
         (), max_length=1000, description="who moves about, hides what is behind, and is not tracked"
+    )
+    crowd: Crowd | None = Field(
+        None, description="how those walk whose motion is crowd; null: nobody has this motion"
     )
     leaving: Literal["error", "allow"] = Field(
         "error",

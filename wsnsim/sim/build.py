@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 
 import numpy as np
 import simpy
@@ -22,14 +23,14 @@ from wsnsim.scenario.schema_world import Target
 from wsnsim.sim.budgets import budget_configs
 from wsnsim.sim.collecting import Way, ways
 from wsnsim.sim.engine import Schedule, Simulation
-from wsnsim.sim.eyes import IMAGER, mote_cameras, open_background
+from wsnsim.sim.eyes import IMAGER, camera_renderers, mote_cameras, open_background
 from wsnsim.sim.mail import MailRoom
 from wsnsim.sim.networks import build_network, build_tree
 from wsnsim.sim.node import Node
 from wsnsim.sim.power import NodePower
 from wsnsim.sim.recording import ImageRecorder
 from wsnsim.sim.worlds import build_world
-from wsnsim.systems.base import Belief, Program, Role, Send, Site, TrackedTarget
+from wsnsim.systems.base import Belief, Floor, Program, Role, Send, Site, TrackedTarget
 from wsnsim.systems.silent import SilentProgram
 from wsnsim.types import NodeId
 from wsnsim.units import to_s
@@ -84,7 +85,18 @@ def build(loaded: LoadedScenario) -> Simulation:
     targets = _tracked_targets(scenario, world, albums, streams) if cameras else ()
     ends = (base, *(sink.id for sink in scenario.motes.sinks))
     motes = {node.id: number for number, node in enumerate(node for node in placed if node.id not in ends)}
-    site = Site(cameras, targets, schedule.rate_hz, schedule.steps, streams, motes, scenario.duration_s)
+    renderers = camera_renderers(scenario, cameras, backgrounds, world, streams)
+    site = Site(
+        cameras=cameras,
+        targets=targets,
+        rate_hz=schedule.rate_hz,
+        steps=schedule.steps,
+        streams=streams,
+        motes=motes,
+        duration_s=scenario.duration_s,
+        floor=_floor(world),
+        empty_views={name: partial(renderer.render, 0, (), ()) for name, renderer in renderers.items()},
+    )
 
     recorder = ImageRecorder(scenario.record, outlet)
     nodes: dict[NodeId, Node] = {}
@@ -130,6 +142,8 @@ def build(loaded: LoadedScenario) -> Simulation:
             network.allowance_bytes,
             network.neighbours,
         )
+    with _placed_problems(loaded):
+        sensors = loaded.system.sensors(loaded.system_params, site, world)
     upward |= ways(clock, tree, network, mail, nodes, programs, lambda epoch: to_s(schedule.at_ns(epoch)))
     return Simulation(
         env=env,
@@ -138,7 +152,8 @@ def build(loaded: LoadedScenario) -> Simulation:
         schedule=schedule,
         nodes=nodes,
         positions=positions,
-        cameras=mote_cameras(clock, scenario, nodes, cameras, backgrounds, world, streams, recorder),
+        cameras=mote_cameras(clock, scenario, nodes, renderers, world, recorder, sensors),
+        counts_pixels=loaded.system.needs_pixels(loaded.system_params),
         network=network,
         tree=tree,
         mail=mail,
@@ -166,6 +181,12 @@ def _open_space(positions: Mapping[NodeId, tuple[float, float, float]]) -> World
     """Return a world with nothing in it, as large as the nodes need."""
     size_m = np.max(list(positions.values()), axis=0).clip(min=0.0)
     return World(size_m=size_m, targets=(), light=np.array([0.0, 0.0, 1.0]), ambient=1.0)
+
+
+def _floor(world: World) -> Floor:
+    """Return what the plans of a room show."""
+    widths = [float(person.body.semi_axes_m[:2].max()) for person in world.people]
+    return Floor(world.size_m, world.scenery, len(widths), max(widths, default=0.0))
 
 
 @contextmanager

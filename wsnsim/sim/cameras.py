@@ -4,6 +4,7 @@ from wsnsim.hardware.profiles import Imager
 from wsnsim.net.clock import Clock
 from wsnsim.sim.node import Node
 from wsnsim.sim.recording import ImageRecorder
+from wsnsim.systems.base import Sensor
 from wsnsim.types import ByteArray, Seconds
 from wsnsim.units import to_ns
 from wsnsim.vision.frame import Frame
@@ -20,6 +21,7 @@ class MoteCamera:
     Parameters
     ----------
     recorder : keeps the frames that the scenario asks for
+    sensor : measures beside the image, where the system has such
     """
 
     def __init__(
@@ -30,8 +32,10 @@ class MoteCamera:
         imager: Imager,
         world: World,
         recorder: ImageRecorder,
+        sensor: Sensor | None = None,
     ) -> None:
         self.node = node
+        self.sensor = sensor
         self._recorder = recorder
         self.renderer = renderer
         self._clock = clock
@@ -50,7 +54,8 @@ class MoteCamera:
         self.node.images_taken += 1
         self._reading_out = True
         self.node.power.camera(active=True)
-        frame = Frame(step, time, self.node.id, lambda: self._render(step, time))
+        measured = None if self.sensor is None else self.sensor.measured(step, time)
+        frame = Frame(step, time, self.node.id, lambda: self._render(step, time), measured)
         self._clock.call(self._readout_ns, lambda: self._hand_over(frame))
 
     def _hand_over(self, frame: Frame) -> None:

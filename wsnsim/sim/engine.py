@@ -73,6 +73,7 @@ class Simulation:
     nodes : by name, cameras and relays in the order of the scenario, the base station last
     positions : x, y and z of each node [m]
     site : what the programs were told
+    counts_pixels : whether what cameras see of targets is counted in pixels, or their sensors tell
     """
 
     env: simpy.Environment
@@ -87,6 +88,7 @@ class Simulation:
     mail: MailRoom
     outlet: Outlet
     site: Site
+    counts_pixels: bool = True
 
     def run(self, sink: Sink, progress: Progress | None = None) -> None:
         """Run to the end, once, and leave every record in `sink`.
@@ -125,6 +127,15 @@ class Simulation:
             numbers = (*pose.position, *pose.velocity, *pose.orientation)
             self.outlet.write(TruthRow(time, target.id, *(float(number) for number in numbers)))
         self._write_load(time)
+        if self.counts_pixels:
+            self._count_pixels(time)
+            return
+        for camera in self.cameras:
+            if camera.sensor is not None:
+                for name in camera.sensor.in_view(time):
+                    self.outlet.write(ViewRow(time, camera.node.id, name, None, None))
+
+    def _count_pixels(self, time: Seconds) -> None:
         if not self.cameras:
             return
         bodies, moving = self.world.moving_bodies, self.world.moving_at(time)

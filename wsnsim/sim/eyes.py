@@ -18,6 +18,7 @@ from wsnsim.scenario.schema_cameras import (
 from wsnsim.sim.cameras import MoteCamera
 from wsnsim.sim.node import Node
 from wsnsim.sim.recording import ImageRecorder
+from wsnsim.systems.base import Sensor
 from wsnsim.types import NodeId
 from wsnsim.vision import drift
 from wsnsim.vision.clutter import with_decoys
@@ -64,20 +65,39 @@ def mote_cameras(
     clock: Clock,
     scenario: Scenario,
     nodes: Mapping[NodeId, Node],
+    renderers: Mapping[NodeId, Renderer],
+    world: World,
+    recorder: ImageRecorder,
+    sensors: Mapping[NodeId, Sensor],
+) -> tuple[MoteCamera, ...]:
+    """Give every camera of a scenario its mote."""
+    return tuple(
+        MoteCamera(
+            clock,
+            nodes[camera.id],
+            renderers[camera.id],
+            IMAGERS[IMAGER],
+            world,
+            recorder,
+            sensors.get(camera.id),
+        )
+        for camera in scenario.cameras
+    )
+
+
+def camera_renderers(
+    scenario: Scenario,
     cameras: Mapping[NodeId, PinholeCamera],
     backgrounds: Mapping[NodeId, Background],
     world: World,
     streams: RandomStreams,
-    recorder: ImageRecorder,
-) -> tuple[MoteCamera, ...]:
-    """Give every camera of a scenario its renderer and its mote."""
-    result = []
-    for camera in scenario.cameras:
-        lens = cameras[camera.id]
-        renderer = Renderer(
-            lens,
+) -> dict[NodeId, Renderer]:
+    """Return what makes the images of every camera of a scenario."""
+    return {
+        camera.id: Renderer(
+            cameras[camera.id],
             camera.id,
-            _cluttered(backgrounds[camera.id], camera, lens, world, streams),
+            _cluttered(backgrounds[camera.id], camera, cameras[camera.id], world, streams),
             camera.noise_sd,
             camera.gain_jitter,
             world.light,
@@ -86,8 +106,8 @@ def mote_cameras(
             world.scenery,
             _drift(camera, streams),
         )
-        result.append(MoteCamera(clock, nodes[camera.id], renderer, IMAGERS[IMAGER], world, recorder))
-    return tuple(result)
+        for camera in scenario.cameras
+    }
 
 
 def _cluttered(

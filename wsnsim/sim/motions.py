@@ -25,7 +25,7 @@ _SHOWN_IDS = 6
 
 
 class MotionBuilder:
-    """Makes motions; a file of many tracks is read once.
+    """Makes motions of one body alone; a file of many tracks is read once.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class MotionBuilder:
         self._is_clear = is_clear
         self._tables: dict[tuple[str, str], TrackTable] = {}
 
-    def motion(self, path: KeyPath, name: str, body: Body, motion: schema_motion.Motion) -> Motion:
+    def motion(self, path: KeyPath, name: str, body: Body, motion: schema_motion.OwnMotion) -> Motion:
         """Return the motion of a body.
 
         Parameters
@@ -60,7 +60,7 @@ class MotionBuilder:
         spin = motion.spin
         return made if spin.rate_radps == 0.0 else Spinning(made, np.array(spin.axis), spin.rate_radps)
 
-    def _without_spin(self, path: KeyPath, name: str, body: Body, motion: schema_motion.Motion) -> Motion:
+    def _without_spin(self, path: KeyPath, name: str, body: Body, motion: schema_motion.OwnMotion) -> Motion:
         orientation = np.array(motion.orientation)
         if isinstance(motion, schema_motion.Recorded):
             return self._recorded(path, motion)

@@ -16,7 +16,7 @@ from wsnsim.world.world import Placed, Target, World
 
 _ROUNDING_M = 1e-9
 """A target on the boundary is inside."""
-_STAYS = frozenset({"random_waypoint", "gauss_markov"})
+_STAYS = frozenset({"random_waypoint", "gauss_markov", "crowd"})
 """Motions that cannot leave their area, which is inside the world."""
 
 

@@ -9,11 +9,13 @@ from wsnsim.rng import RandomStreams
 from wsnsim.scenario import schema_world
 from wsnsim.scenario.faults import KeyPath
 from wsnsim.scenario.load import LoadedScenario
-from wsnsim.scenario.schema_motion import Motion
+from wsnsim.scenario.schema_motion import CrowdWalk, Motion
+from wsnsim.sim.crowds import crowd_motions
 from wsnsim.sim.motions import MotionBuilder
 from wsnsim.sim.world_checks import containing, world_faults
 from wsnsim.world import occluders
 from wsnsim.world.bodies import Body, PatchTexture
+from wsnsim.world.motion import TimedPath
 from wsnsim.world.world import Placed, Target, World
 
 
@@ -23,15 +25,28 @@ def build_world(loaded: LoadedScenario, streams: RandomStreams) -> World:
     Raises
     ------
     ScenarioError : a recorded track cannot be read or ends before the run begins, an area is of no use,
-        something is inside an occluder, or somebody leaves the world; all at once
+        something is inside an occluder, a crowd has no room, or somebody leaves the world; all at once
     """
     world = loaded.scenario.true_world
     scenery = scenery_of(world, streams)
     builder = MotionBuilder(loaded, streams, lambda places: containing(scenery, places) < 0)
     movers: list[tuple[KeyPath, Motion, Target]] = []
     problems: list[Problem] = []
+    bodies = {name: _body(name, section.shape, streams) for _, name, section in _movers(world)}
+    walking = {
+        name: bodies[name] for _, name, section in _movers(world) if isinstance(section.motion, CrowdWalk)
+    }
+    walks: dict[str, TimedPath] = {}
+    try:
+        walks = crowd_motions(loaded, streams, scenery, walking)
+    except ScenarioError as error:
+        problems += error.problems
     for path, name, section in _movers(world):
-        body = _body(name, section.shape, streams)
+        body = bodies[name]
+        if isinstance(section.motion, CrowdWalk):
+            if name in walks:
+                movers.append((path, section.motion, Target(name, body, walks[name])))
+            continue
         try:
             motion = builder.motion(path, name, body, section.motion)
         except ScenarioError as error:
@@ -84,6 +99,10 @@ def _placed(occluder: schema_world.Occluder, streams: RandomStreams) -> Placed:
     elif isinstance(occluder, schema_world.Box):
         body, pose = occluders.box(
             np.array(occluder.centre_m), np.array(occluder.size_m), np.radians(occluder.yaw_deg), texture
+        )
+    elif isinstance(occluder, schema_world.Prism):
+        body, pose = occluders.prism(
+            np.array(occluder.corners_m), occluder.height_m, occluder.base_m, texture
         )
     else:
         body, pose = occluders.pillar(

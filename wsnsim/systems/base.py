@@ -10,20 +10,22 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, Generic, Protocol, TypeVar, runtime_checkable
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, runtime_checkable
 
+import numpy as np
 from pydantic import BaseModel
 
 from wsnsim.geometry.camera import PinholeCamera
 from wsnsim.hardware.work import Work
 from wsnsim.messages.base import Payload
 from wsnsim.rng import RandomStreams
-from wsnsim.types import FloatArray, NodeId, Seconds
+from wsnsim.types import ByteArray, FloatArray, NodeId, Seconds
 from wsnsim.vision.frame import Frame
 
 if TYPE_CHECKING:
     from wsnsim.vision.album import View
     from wsnsim.vision.portrait import Portrait
+    from wsnsim.world.world import Placed, World
 
 
 class Role(Enum):
@@ -246,6 +248,28 @@ class TrackedTarget:
 
 
 @dataclass(frozen=True, eq=False)
+class Floor:
+    """The room as its plans show it, and who is to be expected in it.
+
+    Parameters
+    ----------
+    size_m : (3,) - its extent from the origin [m]
+    scenery : what stands about and never moves
+    people : how many there are beside the targets
+    person_radius_m : of the widest of them, seen from above; 0 without people [m]
+    """
+
+    size_m: FloatArray
+    scenery: "tuple[Placed, ...]" = ()
+    people: int = 0
+    person_radius_m: float = 0.0
+
+
+def _nowhere() -> Floor:
+    return Floor(np.zeros(3))
+
+
+@dataclass(frozen=True, eq=False)
 class Site:
     """What was measured and configured at deployment; the same object at every node."""
 
@@ -262,6 +286,20 @@ class Site:
     """Numbers of all nodes but the base station, from 0 on."""
     duration_s: Seconds = math.inf
     """For how long there is something to do [s]."""
+    floor: Floor = field(default_factory=_nowhere)
+    """The room."""
+    empty_views: "Mapping[NodeId, Callable[[], ByteArray]]" = field(default_factory=dict)
+    """Takes the picture (h, w, 3) that a camera had of the room before anybody was in it, by its node."""
+
+
+class Sensor(Protocol):
+    """What one camera's mote measures without pixels: it knows the truth, which no program does."""
+
+    def measured(self, step: int, time: Seconds) -> Any:
+        """Return what a program finds in its frame (`Frame.measured`) at an instant [s]."""
+
+    def in_view(self, time: Seconds) -> tuple[str, ...]:
+        """Return the names of the targets that the camera really sees at an instant [s]."""
 
 
 class SystemParams(BaseModel, extra="forbid", frozen=True, allow_inf_nan=False):
@@ -275,6 +313,14 @@ P = TypeVar("P", bound=SystemParams)
 
 def _one_period(params: SystemParams, rate_hz: float) -> Seconds:
     return 1.0 / rate_hz
+
+
+def _no_sensors(params: SystemParams, site: Site, world: "World") -> Mapping[NodeId, Sensor]:
+    return {}
+
+
+def _always(params: SystemParams) -> bool:
+    return True
 
 
 @dataclass(frozen=True)
@@ -291,3 +337,8 @@ class System(Generic[P]):
     of a system without cameras how long a run goes on when everything has been said."""
     needs_cameras: bool = True
     """Whether it is of no use without cameras and targets."""
+    sensors: "Callable[[P, Site, World], Mapping[NodeId, Sensor]]" = _no_sensors
+    """Makes the measurement-level sensors of the cameras' motes; none: the programs look at pixels alone."""
+    needs_pixels: Callable[[P], bool] = _always
+    """Whether programs look at images; where they do not, what a camera sees of a target is not counted in
+    pixels."""

@@ -14,12 +14,12 @@ from wsnsim.geometry.quadrics import Box, ellipsoid_outlines, outline_boxes
 from wsnsim.geometry.rotations import quaternion_to_matrix
 from wsnsim.kernels.jit import frozen
 from wsnsim.kernels.raycast import Owners, cast_bodies
-from wsnsim.kernels.solids import BALL, CUBE, CYLINDER
+from wsnsim.kernels.solids import BALL, CUBE, CYLINDER, PRISM
 from wsnsim.types import BoolArray, ByteArray, FloatArray, IntArray
 from wsnsim.world.bodies import Body
 from wsnsim.world.motion import Pose
 
-_FORMS = {"ellipsoid": BALL, "box": CUBE, "cylinder": CYLINDER}
+_FORMS = {"ellipsoid": BALL, "box": CUBE, "cylinder": CYLINDER, "prism": PRISM}
 _CORNERS = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3), axis=-1).reshape(-1, 3)
 
 FloatImage = NDArray[np.float32]
@@ -42,6 +42,9 @@ class Cast:
     shapes: FloatArray
     cut: BoolArray
     boxes: IntArray
+    sides: IntArray
+    """(m,) - number of planes of each body"""
+    planes: FloatArray
     patches: IntArray
     """(m,) - number of patches of each body"""
     patch_centres: FloatArray
@@ -108,6 +111,8 @@ def prepare(camera: PinholeCamera, bodies: Sequence[Body], poses: Sequence[Pose]
         shapes=_stacked([view.shape for view in views], 2, 2),
         cut=np.array([view.cut for view in views], dtype=np.bool_),
         boxes=np.array([view.box for view in views], dtype=np.int64).reshape(-1, 4),
+        sides=np.array([len(body.side_planes) for body in bodies], dtype=np.int64),
+        planes=np.concatenate([np.empty((0, 3)), *(body.side_planes for body in bodies)]),
         patches=np.array([len(body.texture.centres) for body in bodies], dtype=np.int64),
         patch_centres=np.concatenate([np.empty((0, 3)), *(body.texture.centres for body in bodies)]),
         patch_colours=np.concatenate([np.empty((0, 3)), *(body.texture.colours for body in bodies)]),
@@ -135,8 +140,11 @@ def _view(camera: PinholeCamera, body: Body, pose: Pose, rotation: FloatArray, e
         return _View()
     if body.form == "ellipsoid":
         return _view_of_ellipsoid(camera, body, pose, rotation)
-    box = box_of_points(camera, pose.position + (body.semi_axes_m * _CORNERS) @ rotation.T)
-    return _View(box)
+    units = _CORNERS
+    if body.form == "prism":
+        flat = body.corners_m / body.semi_axes_m[:2]
+        units = np.vstack([np.column_stack([flat, np.full(len(flat), z)]) for z in (-1.0, 1.0)])
+    return _View(box_of_points(camera, pose.position + (body.semi_axes_m * units) @ rotation.T))
 
 
 def _holds(body: Body, eye: FloatArray) -> bool:
@@ -144,6 +152,9 @@ def _holds(body: Body, eye: FloatArray) -> bool:
         return bool(eye @ eye <= 1.0)
     if body.form == "box":
         return bool(abs(eye).max() <= 1.0)
+    if body.form == "prism":
+        beyond = body.side_planes[:, :2] @ eye[:2] - body.side_planes[:, 2]
+        return bool(beyond.max() <= 0.0 and abs(eye[2]) <= 1.0)
     return bool(eye[:2] @ eye[:2] <= 1.0 and abs(eye[2]) <= 1.0)
 
 
@@ -213,6 +224,8 @@ def shoot(
         cast.shapes,
         cast.cut,
         cast.boxes,
+        np.concatenate(([0], np.cumsum(cast.sides, dtype=np.int64))),
+        cast.planes,
         np.concatenate(([0], np.cumsum(cast.patches, dtype=np.int64))),
         cast.patch_centres,
         cast.patch_colours,

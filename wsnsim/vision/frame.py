@@ -1,6 +1,7 @@
-"""An image as a program gets it, rendered when somebody looks at it."""
+"""An image as a program gets it, rendered when somebody looks at it; or what was measured in its place."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -16,14 +17,23 @@ class Frame:
     time : when it was taken [s]
     camera : the node that took it
     render : makes the (h, w, 3) RGB image; called once, when `image` is first read
+    measured : what a system's own sensor says of the same instant; None without one
     """
 
-    __slots__ = ("_image", "_render", "camera", "step", "time")
+    __slots__ = ("_image", "_render", "camera", "measured", "step", "time")
 
-    def __init__(self, step: int, time: Seconds, camera: NodeId, render: Callable[[], ByteArray]) -> None:
+    def __init__(
+        self,
+        step: int,
+        time: Seconds,
+        camera: NodeId,
+        render: Callable[[], ByteArray],
+        measured: Any = None,
+    ) -> None:
         self.step = step
         self.time = time
         self.camera = camera
+        self.measured = measured
         self._render = render
         self._image: ByteArray | None = None
 

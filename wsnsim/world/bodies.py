@@ -5,16 +5,20 @@ turns with it, so that the body looks different from every side.
 """
 
 import colorsys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, Self, TypeAlias
 
 import numpy as np
 
+from wsnsim.geometry.polygons import half_planes, is_convex
 from wsnsim.types import FloatArray
 
-Form: TypeAlias = Literal["ellipsoid", "box", "cylinder"]
-"""A body's solid; in units of its semi-axes the unit ball, a cube of side 2, or a unit cylinder along z."""
+Form: TypeAlias = Literal["ellipsoid", "box", "cylinder", "prism"]
+"""A body's solid; in units of its semi-axes the unit ball, a cube of side 2, a unit cylinder along z, or
+what has a convex polygon for its section at all z in ±1."""
 
+_NO_SIDES = np.empty((0, 3))
 _CANDIDATES = 10
 """Candidates for each patch centre; more gives patches of more equal size (Mitchell 1991)."""
 
@@ -89,23 +93,34 @@ class Body:
 
     Parameters
     ----------
-    semi_axes_m : (3,) - half extents along its own x, y, z [m]; a cylinder stands along z
+    semi_axes_m : (3,) - half extents along its own x, y, z [m]; a cylinder and a prism stand along z, and
+        those of a prism's polygon are its greatest distances from the middle
     texture : painted on it
     form : which solid it is
+    corners_m : (k, 2) - of a prism's polygon in body axes, in either order [m]; none for other forms
 
     Raises
     ------
-    ValueError : a semi-axis is not above 0
+    ValueError : a semi-axis is not above 0, or a prism's corners make no convex polygon
     """
 
     semi_axes_m: FloatArray
     texture: PatchTexture
     form: Form = "ellipsoid"
+    corners_m: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
 
     def __post_init__(self) -> None:
         axes = self.semi_axes_m
         if axes.shape != (3,) or not (np.isfinite(axes) & (axes > 0.0)).all():
             raise ValueError(f"semi_axes_m: must be three numbers above 0, got {axes.tolist()} [m]")
+        if self.form == "prism" and not is_convex(self.corners_m):
+            must = "must make a convex polygon with an area and no straight corner"
+            raise ValueError(f"corners_m: {must}, got {self.corners_m.tolist()} [m]")
+
+    @cached_property
+    def side_planes(self) -> FloatArray:
+        """Half-planes (k, 3) of a prism's sides in units of the semi-axes: inside where nx x + ny y ≤ c."""
+        return half_planes((self.corners_m / self.semi_axes_m[:2],))[0] if self.form == "prism" else _NO_SIDES
 
 
 def _spread_directions(generator: np.random.Generator, count: int) -> FloatArray:

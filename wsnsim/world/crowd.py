@@ -23,6 +23,8 @@ _BLOCK = 64
 """Steps that are drawn at once."""
 _MOST_TRIES = 10_000
 """Places that are drawn for one body before giving up."""
+_MOST_PLACES = 10_000_000
+"""Of all bodies together in one walk: some 400 MB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +87,11 @@ class Crowd:
         ValueError : there is no place left
         """
         margin = 0.5 * self.diameter_m
+        low, high = self.low + margin, self.high - margin
         places = np.empty((self.count, 2))
         for body in range(self.count):
             for _ in range(_MOST_TRIES):
-                x, y = generator.uniform(self.low + margin, self.high - margin)
+                x, y = low + (high - low) * generator.random(2)
                 if self._is_free(x, y) and is_clear(x, y, places[:body], -1, self.diameter_m):
                     places[body] = x, y
                     break
@@ -130,7 +133,7 @@ class Crowd:
         return np.concatenate(parts)[: steps + 1]
 
     def motions(
-        self, generator: np.random.Generator, until_s: Seconds, height_m: float
+        self, generator: np.random.Generator, until_s: Seconds, height_m: float | FloatArray
     ) -> tuple[TimedPath, ...]:
         """Draw one motion for each body, its middle at a constant height.
 
@@ -138,14 +141,27 @@ class Crowd:
         ----------
         generator : source of randomness
         until_s : the walk lasts so long at least [s]
-        height_m : of the bodies' middles [m]
+        height_m : of the bodies' middles, (n,) or the same for all [m]
+
+        Raises
+        ------
+        ValueError : there is no place left for a body, or there were millions of places to walk to
         """
         steps = int(np.ceil(until_s / self.step_s))
+        if steps * self.count > _MOST_PLACES:
+            raise ValueError(
+                f"step_s: must give at most {_MOST_PLACES} steps of all bodies in {until_s:g} s, "
+                f"got {self.step_s:g} s for {self.count} bodies; take a longer step or a shorter run"
+            )
         paths = self.paths(generator, steps)
         times = self.step_s * np.arange(steps + 1, dtype=np.float64)
-        heights = np.full((steps + 1, 1), height_m)
+        heights = np.broadcast_to(height_m, self.count)
         return tuple(
-            TimedPath(times, np.hstack([paths[:, body], heights]), IDENTITY[np.newaxis])
+            TimedPath(
+                times,
+                np.column_stack([paths[:, body], np.full(steps + 1, heights[body])]),
+                IDENTITY[np.newaxis],
+            )
             for body in range(self.count)
         )
 

@@ -126,8 +126,10 @@ class TimedPath:
     def at(self, time: Seconds) -> Pose:
         """Return the pose at `time` [s]."""
         pose = interpolate(self.times, self.points, time, self.orientations[0])
-        after = int(np.searchsorted(self.times, time, side="right"))
-        if len(self.orientations) == 1 or after == 0:
+        if len(self.orientations) == 1:
+            return pose
+        after = int(self.times.searchsorted(time, side="right"))
+        if after == 0:
             return pose
         if after == len(self.times):
             return replace(pose, orientation=self.orientations[-1])
@@ -170,7 +172,7 @@ def interpolate(times: FloatArray, points: FloatArray, time: Seconds, orientatio
     time : [s]; outside `times` the target stands at the nearer end
     orientation : (4,) - of the pose that is returned
     """
-    after = int(np.searchsorted(times, time, side="right"))
+    after = int(times.searchsorted(time, side="right"))
     if after == 0:
         return Pose(points[0].copy(), np.zeros(3), orientation)
     if after == len(times):

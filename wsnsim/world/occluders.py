@@ -1,4 +1,4 @@
-"""Parts of the room that stand about: walls, boxes and pillars, as bodies in their places.
+"""Parts of the room that stand about: walls, boxes, pillars and prisms, as bodies in their places.
 
 Left out: doors and windows. A wall with a door is two walls. The ends of a wall are square: at a corner,
 one of the two walls must reach to the other's outside to close it.
@@ -6,6 +6,7 @@ one of the two walls must reach to the other's outside to close it.
 
 import numpy as np
 
+from wsnsim.geometry.polygons import polygon_moments
 from wsnsim.geometry.rotations import IDENTITY, quaternion_from_axis_angle
 from wsnsim.types import FloatArray
 from wsnsim.world.bodies import Body, PatchTexture
@@ -67,6 +68,26 @@ def pillar(
     """
     half = np.array([radius_m, radius_m, 0.5 * height_m])
     return Body(half, texture, "cylinder"), _standing(np.array([*centre, base_m + half[2]]), 0.0)
+
+
+def prism(corners: FloatArray, height_m: float, base_m: float, texture: PatchTexture) -> tuple[Body, Pose]:
+    """Return what stands upright on a convex polygon, its middle above the polygon's centre of area.
+
+    Parameters
+    ----------
+    corners : (k, 2) - of the polygon on the floor plan, in either order [m]
+    height_m : from its lower to its upper end [m]
+    base_m : height of its lower end [m]
+    texture : painted on it
+
+    Raises
+    ------
+    ValueError : the polygon is not convex, or has a straight corner or no area
+    """
+    _, middle, _ = polygon_moments(corners)
+    own = corners - middle
+    half = np.array([*abs(own).max(axis=0), 0.5 * height_m])
+    return Body(half, texture, "prism", own), _standing(np.array([*middle, base_m + half[2]]), 0.0)
 
 
 def _standing(centre: FloatArray, yaw_rad: float) -> Pose:

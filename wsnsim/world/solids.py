@@ -1,7 +1,7 @@
 """What is inside a body, and which sight lines a body blocks.
 
-In units of its semi-axes a body is the unit ball, a cube of side 2 or a unit cylinder; straight lines
-stay straight there, so each question has a closed answer. The surface belongs to the body.
+In units of its semi-axes a body is the unit ball, a cube of side 2, a unit cylinder or a prism; straight
+lines stay straight there, so each question has a closed answer. The surface belongs to the body.
 """
 
 from collections.abc import Sequence
@@ -13,9 +13,19 @@ from wsnsim.types import BoolArray, FloatArray
 from wsnsim.world.bodies import Body, Form
 from wsnsim.world.motion import Pose
 
-_BOUNDED_AXES: dict[Form, slice] = {"ellipsoid": slice(0, 0), "cylinder": slice(2, 3), "box": slice(0, 3)}
+_BOUNDED_AXES: dict[Form, slice] = {
+    "ellipsoid": slice(0, 0),
+    "cylinder": slice(2, 3),
+    "box": slice(0, 3),
+    "prism": slice(2, 3),
+}
 """Axes along which a form lies between two planes at ±1."""
-_ROUND_AXES: dict[Form, slice] = {"ellipsoid": slice(0, 3), "cylinder": slice(0, 2), "box": slice(0, 0)}
+_ROUND_AXES: dict[Form, slice] = {
+    "ellipsoid": slice(0, 3),
+    "cylinder": slice(0, 2),
+    "box": slice(0, 0),
+    "prism": slice(0, 0),
+}
 """Axes whose squares sum to 1 at most in a form."""
 
 
@@ -36,6 +46,8 @@ def contains(body: Body, pose: Pose, points: FloatArray) -> BoolArray:
     extents = np.abs(units[:, _BOUNDED_AXES[body.form]]).max(axis=1, initial=0.0)
     squares: FloatArray = (units[:, _ROUND_AXES[body.form]] ** 2).sum(axis=1)
     inside: BoolArray = np.maximum(extents, squares) <= 1.0
+    if body.form == "prism":
+        inside &= _beyond_sides(body, units).max(axis=1) <= 0.0
     return inside
 
 
@@ -61,6 +73,9 @@ def blocks(body: Body, pose: Pose, origins: FloatArray, ends: FloatArray) -> Boo
     starts, steps = np.broadcast_arrays(starts, _in_body_units(body, pose, ends) - starts)
     bounded = _BOUNDED_AXES[body.form]
     first, last = _between_planes(starts[:, bounded], steps[:, bounded])
+    if body.form == "prism":
+        entered, left = _between_sides(body, starts, steps)
+        first, last = np.maximum(first, entered), np.minimum(last, left)
     disc = _ROUND_AXES[body.form]
     start, step = starts[:, disc], steps[:, disc]
     squared = (step**2).sum(axis=1)
@@ -113,3 +128,28 @@ def _between_planes(starts: FloatArray, steps: FloatArray) -> tuple[FloatArray, 
     entered = np.where(still, np.where(outside, np.inf, -np.inf), np.minimum(one, other))
     left = np.where(still, np.inf, np.maximum(one, other))
     return entered.max(axis=1, initial=0.0), left.min(axis=1, initial=1.0)
+
+
+def _beyond_sides(body: Body, units: FloatArray) -> FloatArray:
+    """Return how far points (n, 3) in units are beyond each side of a prism, (n, k); below 0 within it."""
+    beyond: FloatArray = units[:, :2] @ body.side_planes[:, :2].T - body.side_planes[:, 2]
+    return beyond
+
+
+def _between_sides(body: Body, starts: FloatArray, steps: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the shares (n,), (n,) of lines between which they are within all sides of a prism.
+
+    Where there is none, the first is greater than the second.
+
+    References
+    ----------
+    Cyrus & Beck (1978), Generalized two- and three-dimensional clipping, Computers & Graphics 3.
+    """
+    beyond = _beyond_sides(body, starts)
+    rates = steps[:, :2] @ body.side_planes[:, :2].T
+    with np.errstate(over="ignore"):  # what all but goes along a side meets it at infinity
+        shares = -beyond / np.where(rates == 0.0, 1.0, rates)
+    along = np.where(beyond > 0.0, np.inf, -np.inf)
+    entered = np.where(rates < 0.0, shares, np.where(rates == 0.0, along, -np.inf))
+    left = np.where(rates > 0.0, shares, np.inf)
+    return entered.max(axis=1), left.min(axis=1)

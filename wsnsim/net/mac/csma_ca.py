@@ -263,8 +263,9 @@ class CsmaCa:
         )
 
     def _acknowledge(self) -> None:
-        assert self._ack is not None
-        self._put_on_air(self._ack)
+        ack, self._ack, self._answer = self._ack, None, None
+        assert ack is not None
+        self._put_on_air(ack)
 
     def _put_on_air(self, frame: Transmission) -> None:
         self.counters.frames_tx += 1

@@ -119,7 +119,6 @@ class Medium:
         frame.start_ns, frame.end_ns = now, now + air_ns
         row.frame = row.radio.sending = frame
         row.ending = self._clock.call(air_ns, self._endings[sender], first=True)
-        row.receptions = []
         self._rows.fade(row, now)
         if self._noise is not None:
             self._ask_noise(row)
@@ -260,7 +259,7 @@ class Medium:
         """Take a sender's frame off the air; return it, and how many watchers have something to learn."""
         frame, radio, now = row.frame, row.radio, self._clock.now
         assert frame is not None
-        row.frame = radio.sending = None
+        row.frame = row.ending = radio.sending = None
         reports = self._finish(row.powers, row.first, row.start, row.stop, radio.index, now)
         radio.deaf_until_ns = now + self._phy.turnaround_ns
         changed = reports & table.COUNT_MASK
@@ -302,6 +301,7 @@ class Medium:
                 failed.append(radio)
         if self._report is not None:
             self._describe(self._report, row, frame, got)
+        row.receptions.clear()
         return got, failed
 
     def _tell(self, told: int) -> None:

@@ -99,6 +99,11 @@ class Tracker:
         places = generator.uniform(room.low, room.high, (self.params.particles, 2))
         return Tracked(_equal(self.walk.placed(generator, places)))
 
+    def start_about(self, generator: np.random.Generator, place: FloatArray, cov: FloatArray) -> Tracked:
+        """Return particles about a place (2,) that is known with a covariance (2, 2) [m²]."""
+        places = generator.multivariate_normal(place, cov, self.params.particles, method="eigh")
+        return Tracked(_equal(self.walk.placed(generator, places)))
+
     def step(
         self, generator: np.random.Generator, last: Tracked, report: Report, knowledge: Knowledge
     ) -> Tracked:

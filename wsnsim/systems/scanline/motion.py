@@ -89,7 +89,7 @@ class WaypointWalk:
         regimes = np.where(draws < towards, TOWARDS, np.where(draws < towards + change, CHANGE, WAIT))
         drawn = generator.uniform(self.room.low, self.room.high, (count, 2))
         targets = np.where((regimes == CHANGE)[:, np.newaxis], drawn, walkers.targets)
-        steps = walkers.speeds[:, np.newaxis] * _directions(targets - walkers.places)
+        steps = walkers.speeds[:, np.newaxis] * directions(targets - walkers.places)
         steps += generator.normal(0.0, self.noise_sd, (count, 2))
         moves = regimes != WAIT
         steps[~moves] = 0.0
@@ -100,7 +100,7 @@ class WaypointWalk:
     def expected(self, walkers: Walkers) -> Walkers:
         """Return κ = E[u(t) | u(t − 1)] (Fig. 4, line 2): the places exactly, the rest as it is."""
         towards, change = self._chances(walkers)
-        step = towards[:, np.newaxis] * _directions(walkers.targets - walkers.places)
+        step = towards[:, np.newaxis] * directions(walkers.targets - walkers.places)
         step += change[:, np.newaxis] * mean_direction(walkers.places, self.room)
         places = walkers.places + walkers.speeds[:, np.newaxis] * step
         return Walkers(places, walkers.targets, walkers.speeds, walkers.regimes)
@@ -134,7 +134,7 @@ def _root(at: FloatArray, to: FloatArray) -> FloatArray:
     return np.asarray(0.5 * (to * length + at * at * np.arcsinh(share)))
 
 
-def _directions(ways: FloatArray) -> FloatArray:
+def directions(ways: FloatArray) -> FloatArray:
     """Return unit vectors (m, 2), or 0 where there is no way left."""
     lengths = np.hypot(ways[:, 0], ways[:, 1])
     return np.asarray(ways / np.where(lengths > 0.0, lengths, 1.0)[:, np.newaxis])

@@ -14,9 +14,9 @@ import numpy as np
 
 from wsnsim.types import FloatArray
 
-_TURN = np.array([[1.0, 1.0], [0.0, 1.0]])
+TURN = np.array([[1.0, 1.0], [0.0, 1.0]])
 """F of (place, velocity) on one axis for a step of one time unit."""
-_INPUT = np.array([[0.25, 0.5], [0.5, 1.0]])
+INPUT = np.array([[0.25, 0.5], [0.5, 1.0]])
 """Q for an acceleration of variance 1, constant within the step (Bar-Shalom et al. 2001, eq. 6.3.2-4)."""
 CONSISTENT_Q = 0.05
 """Acceleration variance that fits walkers of speed 1 and noise .33 [m²/step⁴]: NEES / 2 is .9 to 1.05 for
@@ -102,7 +102,7 @@ class VirtualSensor:
         return OccluderTracks(predicted + gain[0] * surprise, tracks.velocities + gain[1] * surprise, cov)
 
     def _predicted(self, cov: FloatArray) -> FloatArray:
-        return np.asarray(_TURN @ cov @ _TURN.T + self.acceleration_variance * _INPUT)
+        return np.asarray(TURN @ cov @ TURN.T + self.acceleration_variance * INPUT)
 
     def _updated(self, cov: FloatArray) -> tuple[FloatArray, FloatArray]:
         gain = cov[:, 0] / (cov[0, 0] + self.sd_m**2)

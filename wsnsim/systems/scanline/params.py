@@ -1,0 +1,115 @@
+"""Parameters of the scan-line system, as they stand under `system:` in a scenario."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from wsnsim.systems.base import SystemParams
+from wsnsim.systems.scanline.choices import (
+    BaseHead,
+    Head,
+    MeasurementFrontEnd,
+    Noise,
+    NoPriors,
+    ParticleTracker,
+    Priors,
+    Tracker,
+    VirtualOccluders,
+    Walk,
+)
+from wsnsim.types import Seconds
+
+PUBLISHED: Mapping[str, Any] = {
+    "tracker": {"kind": "printed", "joint": "printed"},
+    "walk": {"memory": 0.7},
+}
+"""What `preset: published` puts in where a key is not given: the printed forms."""
+_WHOLE_LINES = ("hull", "scan_lines")
+"""Priors that need whole scan lines."""
+
+
+class ScanlineParams(SystemParams):
+    """Parameters of one object's tracker among occluders, by scan lines."""
+
+    kind: Literal["scanline"]
+    preset: Literal["default", "published"] = Field(
+        "default",
+        description="published: the printed forms where a key is not given; default: the mended ones",
+    )
+    unit_m: Annotated[float, Field(gt=0, le=1e6)] = Field(
+        1.0, description="length that counts as one unit where figures stand beside the paper's [m]"
+    )
+    front_end: MeasurementFrontEnd = Field(
+        MeasurementFrontEnd(), description="how a camera comes to its measurement"
+    )
+    noise: Noise = Field(Noise(), description="errors of the measurements")
+    detected: Annotated[float, Field(gt=0, le=1)] = Field(
+        1.0,
+        description="probability that a camera recognises the object where it could see it (Sec. 4.3) [-]",
+    )
+    message: Literal["bearing", "scan_line", "jpeg"] | None = Field(
+        None,
+        description="what a camera sends: bearing, 4 bytes; scan_line: 4 bytes a blob more; jpeg: the image, "
+        "from which the head takes the rest; null: what the priors need",
+    )
+    jpeg_quality: int = Field(75, ge=1, le=95, description="of jpeg messages, as libjpeg counts [-]")
+    priors: Priors = Field(NoPriors(), description="what is known of the moving occluders, and from where")
+    head: Head = Field(BaseHead(), description="cluster head: the node that tracks")
+    tracker: Tracker = Field(ParticleTracker(), description="the filter")
+    walk: Walk = Field(Walk(), description="how the object is believed to move")
+    start: Literal["unknown", "given"] = Field(
+        "unknown", description="unknown: the object may be anywhere; given: where the scenario puts it"
+    )
+    virtual_occluders: VirtualOccluders | None = Field(
+        None, description="occluders that only delete measurements (Sec. 6); null: none"
+    )
+    deadline_s: float | None = Field(
+        None,
+        ge=1e-3,
+        le=3600,
+        description="how long after a frame the head waits for reports; later ones count as not reported; "
+        "null: .9 frame periods [s]",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_in_preset(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping) or data.get("preset") != "published":
+            return data
+        given = {key: _filled_in(PUBLISHED[key], value) for key, value in data.items() if key in PUBLISHED}
+        return {**PUBLISHED, **data, **given}
+
+    @model_validator(mode="after")
+    def _priors_have_their_messages(self) -> Self:
+        if self.priors.kind in _WHOLE_LINES and self.message == "bearing":
+            raise ValueError(
+                f"message must be scan_line, jpeg or null where priors are {self.priors.kind}, got bearing"
+            )
+        return self
+
+    @property
+    def says_lines(self) -> bool:
+        """Whether cameras send whole scan lines."""
+        return self.message == "scan_line" or (self.message is None and self.priors.kind in _WHOLE_LINES)
+
+    @property
+    def measures_occluders(self) -> bool:
+        """Whether motes measure the occluders' places."""
+        return self.priors.kind in ("perfect", "kalman")
+
+    @property
+    def looks_at_pixels(self) -> bool:
+        """Whether anybody looks at an image."""
+        return self.message == "jpeg"
+
+    def deadline(self, rate_hz: float) -> Seconds:
+        """Return how long after a frame the head waits [s], from the frame rate [Hz]."""
+        return 0.9 / rate_hz if self.deadline_s is None else self.deadline_s
+
+
+def _filled_in(printed: Mapping[str, Any], given: Any) -> Any:
+    """Return a section as given, the printed form in place of what it leaves out, unless of another kind."""
+    if not isinstance(given, Mapping):
+        return given
+    return {**printed, **given} if given.get("kind", printed.get("kind")) == printed.get("kind") else given

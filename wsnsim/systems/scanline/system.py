@@ -1,0 +1,66 @@
+"""The scan-line system as the simulator sees it."""
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from wsnsim.messages.scanline import (
+    EnergyPayload,
+    HandoverPayload,
+    HeadPayload,
+    PlacesPayload,
+    ScanLinePayload,
+    TrackPayload,
+)
+from wsnsim.systems.base import Program, Role, Sensor, Site, System
+from wsnsim.systems.scanline.params import ScanlineParams
+from wsnsim.types import NodeId, Seconds
+
+if TYPE_CHECKING:
+    from wsnsim.systems.scanline.stage import Stage
+    from wsnsim.world.world import World
+
+
+@lru_cache(maxsize=1)
+def _stage(params: ScanlineParams, site: Site) -> "Stage":
+    from wsnsim.systems.scanline.stage import stage_of
+
+    return stage_of(params, site)
+
+
+def make_program(params: ScanlineParams, site: Site, node: NodeId, role: Role) -> Program:
+    """Return what runs on `node`."""
+    # compiled kernels come in with the tracker: a scenario is checked without them
+    from wsnsim.systems.scanline.programs import NodeProgram
+
+    return NodeProgram(params, site, _stage(params, site), node, role)
+
+
+def _sensors(params: ScanlineParams, site: Site, world: "World") -> Mapping[NodeId, Sensor]:
+    from wsnsim.systems.scanline.sensor import make_sensors
+
+    return make_sensors(params, site, world)
+
+
+def _settle_s(params: ScanlineParams, rate_hz: float) -> Seconds:
+    return params.deadline(rate_hz)
+
+
+SYSTEM = System(
+    name="scanline",
+    citation="A. O. Ercan, A. El Gamal, L. J. Guibas: Object Tracking in the Presence of Occlusions via a "
+    "Camera Network. IPSN 2007",
+    params=ScanlineParams,
+    payloads=(
+        ScanLinePayload,
+        PlacesPayload,
+        TrackPayload,
+        EnergyPayload,
+        HeadPayload,
+        HandoverPayload,
+    ),
+    program=make_program,
+    settle_s=_settle_s,
+    sensors=_sensors,
+    needs_pixels=lambda params: params.looks_at_pixels,
+)
