@@ -1,7 +1,7 @@
 """The captions of the figures whose look depends on the run."""
 
 from wsnsim.report.context import ReportContext
-from wsnsim.report.timeline import MOST_ROWS, turns
+from wsnsim.report.timeline import MOST_ROWS, counts_pixels, turns
 from wsnsim.report.view import outside
 from wsnsim.report.wording import count, listed, plural
 
@@ -52,11 +52,13 @@ def timeline_caption(context: ReportContext) -> str:
         )
         gap = "area and line below"
     steps, events = context.tables["steps"], context.tables["events"]
-    between = "the share of the image that shows it, as a mean of the cameras that see it"
+    shown = ["Distance between estimate and truth (above)"]
     if turns(steps):
-        between = f"the angle between true and estimated orientation; {between}"
+        shown.append("the angle between true and estimated orientation")
+    if counts_pixels(steps):
+        shown.append("the share of the image that shows it, as a mean of the cameras that see it")
     sentences = [
-        f"Distance between estimate and truth (above); {between}; {seen}.",
+        f"{'; '.join([*shown, seen])}.",
         f"A gap between {gap} is what the network or a processor lost, a camera that was not asked or had "
         "nothing to say, or a step that was passed over.",
     ]

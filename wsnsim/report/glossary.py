@@ -29,6 +29,13 @@ MESSAGES: Mapping[str, str] = {
     "upward batch": "answers about several targets in one message",
     "downward batch": "states of several targets in one message",
     "search": "a call to look for a target",
+    "scan_line": "where in its scan line a camera sees the object, and the blobs of all others where needed",
+    "places": "measured places of occluders",
+    "track": "where the cluster head believes the object",
+    "energy": "what a mote's battery still holds",
+    "head": "who is the cluster head",
+    "handover": "what a cluster head leaves to the next one",
+    "image_part": "a part of a compressed image",
     "sighting": "where a camera believes that it sees a target that is sought",
 }
 
@@ -40,6 +47,9 @@ EVENTS: Mapping[str, str] = {
     "frame_unused": "images that no state arrived for, or that the base station passed over",
     "track_lost": "tracks that the tracker gave up",
     "track_started": "tracks that the tracker began, or found again",
+    "reinitialised": "times that no particle explained what was seen, and all were drawn anew",
+    "report_late": "reports of cameras that came after their frame was closed",
+    "head_elected": "elections in which another mote became cluster head",
     "sighting_late": "sightings of a lost target that arrived after the search for it was over",
     "sighting_refused": "sightings of no use, set aside",
     "weights_late": "weights that arrived after their step was closed",

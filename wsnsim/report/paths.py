@@ -37,6 +37,11 @@ _SIGHT_OF_VIEW = 0.07
 _ABOVE_TITLE_PX = 6
 """Keeps the title of the x axis near it where buttons widen the margin below."""
 
+_WALK_OPACITY, _FAINTEST = 0.8, 0.12
+_MANY_PLACES = 3000
+"""Of people's ways together, more of which are drawn fainter."""
+_PLACES_OF_A_WALK = 400
+
 _PATCHES = "error, a patch a step"
 
 
@@ -127,9 +132,12 @@ def add_world(chart: go.Figure, context: ReportContext) -> None:
 def add_scenery(chart: go.Figure, context: ReportContext) -> None:
     """Add what may hide a target: things by their footprints, people by their ways."""
     outlines = [footprint(placed.body, placed.pose) for placed in context.scenery]
+    walks = [_thinned(walk) for walk in context.walks.values()]
+    # where many walk for long, ink would cover everything
+    opacity = min(_WALK_OPACITY, max(_FAINTEST, _WALK_OPACITY * _MANY_PLACES / max(1, sum(map(len, walks)))))
     for ways, name, look in (
         (outlines, "walls and things", {"fill": "toself", "fillcolor": translucent(GREY, 0.45)}),
-        (list(context.walks.values()), "people in the way", {"opacity": 0.8}),
+        (walks, "people in the way", {"opacity": opacity}),
     ):
         if ways:
             xs, ys = _strung(ways)
@@ -143,6 +151,11 @@ def add_scenery(chart: go.Figure, context: ReportContext) -> None:
                 hoverinfo="skip",
                 **look,
             )
+
+
+def _thinned(walk: FloatArray) -> FloatArray:
+    """Return every so many-th place of a way (n, 2), at most 400 of a long one."""
+    return walk[:: max(1, -(-len(walk) // _PLACES_OF_A_WALK))]
 
 
 def _strung(ways: Sequence[FloatArray]) -> tuple[list[float | None], list[float | None]]:

@@ -42,7 +42,11 @@ _SEEN, _HEARD, _GUESSED, _SMOOTHED = (
 _STILL_DEG = 1e-3
 """Orientations that are off by less at every step were neither turned nor estimated."""
 
-_TRACK_EVENTS = {"track_lost": ("track lost", "x", PURPLE), "track_started": ("track started", "star", GREEN)}
+_TRACK_EVENTS = {
+    "track_lost": ("track lost", "x", PURPLE),
+    "track_started": ("track started", "star", GREEN),
+    "reinitialised": ("particles drawn anew", "diamond", PURPLE),
+}
 
 
 @dataclass(frozen=True)
@@ -71,7 +75,8 @@ def timeline_figure(context: ReportContext) -> go.Figure:
     names = [escape(str(target)) for target in targets]
     panels = [_Panel("error [m]", _ERROR_PX, {"rangemode": "tozero"})]
     counts = _count_panels(context, names)
-    others = ["orientation_error_deg", "pixel_share"][0 if turns(steps) else 1 :]
+    shown = {"orientation_error_deg": turns(steps), "pixel_share": counts_pixels(steps)}
+    others = [column for column in _OTHERS if shown[column]]
     panels += [_OTHERS[column] for column in others] + counts
     chart = _stacked(panels)
     first = 2 + len(others)
@@ -109,6 +114,11 @@ _OTHERS = {
 def turns(steps: pd.DataFrame) -> bool:
     """Return whether a target turns or its orientation is estimated, so that there is an error to show."""
     return bool(steps["orientation_error_deg"].max() > _STILL_DEG)
+
+
+def counts_pixels(steps: pd.DataFrame) -> bool:
+    """Return whether it is known how much of the images shows a target: not where nobody looks at pixels."""
+    return bool(steps["pixel_share"].notna().any())
 
 
 def _count_panels(context: ReportContext, names: list[str]) -> list[_Panel]:
