@@ -221,6 +221,27 @@ occluders = st.one_of(
         {"kind": st.just("pillar"), "centre_m": st.tuples(coordinates, coordinates), "radius_m": extents},
         optional={"base_m": coordinates, "texture": textures},
     ),
+    st.builds(
+        lambda count, radius, way: {
+            "kind": "prism",
+            "corners_m": [
+                (radius * math.cos(way * turn), radius * math.sin(way * turn))
+                for turn in (2 * math.pi * k / count for k in range(count))
+            ],
+        },
+        st.integers(3, 32),
+        st.floats(0.1, 1e6),
+        st.sampled_from([-1, 1]),
+    ),
+)
+crowds = st.fixed_dictionaries(
+    {},
+    optional={
+        "speed_mps": speeds,
+        "noise_sd_m": st.floats(0, 1e3),
+        "step_s": st.one_of(st.none(), st.floats(1e-3, 1e4)),
+        "area_m": st.one_of(st.none(), st.tuples(*[st.tuples(coordinates, coordinates)] * 2)),
+    },
 )
 
 drifts = st.one_of(
@@ -266,6 +287,7 @@ def scenarios(draw):
     target, base, relay, person, occluder, *cameras = ids
     camera_positions = [draw(positions) for _ in cameras]
     semi_axes = draw(st.tuples(half_axes, half_axes, half_axes))
+    motion = draw(st.one_of(drawn_motions, st.just({"kind": "crowd"})))
     return {
         "name": draw(
             st.sampled_from(["off", "1e6", "null", "12", "0x1f", "a-b", "1_000", "true", "2024-01-01"])
@@ -289,11 +311,12 @@ def scenarios(draw):
             "people": [
                 {
                     "id": person,
-                    "count": draw(st.integers(1, 10_000)),
+                    "count": draw(st.integers(0, 10_000)),
                     "shape": {"kind": "cylinder", "semi_axes_m": semi_axes},
-                    "motion": draw(drawn_motions),
+                    "motion": motion,
                 }
             ],
+            "crowd": draw(crowds) if motion["kind"] == "crowd" else None,
         },
         "cameras": [
             {"id": name, "position_m": at, **draw(directions_of_view(at)), **draw(optics)}

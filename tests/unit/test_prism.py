@@ -15,6 +15,7 @@ from wsnsim.geometry.rotations import normalise
 from wsnsim.report.floorplan import footprint as outline
 from wsnsim.rng import RandomStreams
 from wsnsim.scenario.load import load_scenario
+from wsnsim.sim.propagations import place_propagation
 from wsnsim.sim.worlds import build_world
 from wsnsim.systems.base import System, SystemParams
 from wsnsim.vision.renderer import Renderer
@@ -109,15 +110,15 @@ def test_a_prism_that_is_a_box_holds_and_blocks_what_the_box_does(seed):
     np.testing.assert_array_equal(blocks(*prism, points, ends), blocks(*box, points, ends))
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=25)
 @given(st.integers(0, 2**31))
 def test_lines_against_points_along_them(seed):
     generator = np.random.default_rng(seed)
     body, pose = occluders.prism(polygon(generator), 1.5, -0.7, GREY)
     origins, ends = pose.position + generator.normal(scale=2.0, size=(2, 200, 3))
-    shares = np.linspace(0.0, 1.0, 301)[:, None, None]
+    shares = np.linspace(0.0, 1.0, 201)[:, None, None]
     points = origins + shares * (ends - origins)
-    met = contains(body, pose, points.reshape(-1, 3)).reshape(301, 200).any(axis=0)
+    met = contains(body, pose, points.reshape(-1, 3)).reshape(201, 200).any(axis=0)
     blocked = blocks(body, pose, origins, ends)
     assert blocked[met].all()
     # a line may pass through an edge between two points: fewer than one in twenty
@@ -143,14 +144,14 @@ def photo(camera, scenery, bodies=(), poses=()):
 @pytest.mark.parametrize("moving", [False, True])
 def test_a_prism_that_is_a_box_looks_like_it(moving, distortion, test_seed):
     generator = np.random.default_rng(test_seed)
-    differing = 0
+    differing, seen = 0, 0.0
     for _ in range(6):
         # a box that is not turned has the prism's axes, so that patches lie alike
         pair = box_and_prism(generator, 0.0, PatchTexture.random(generator))
         side = generator.normal(size=3) * [1, 1, 0.4]
         eye = pair[0][1].position + 4.0 * side / np.linalg.norm(side)
         camera = PinholeCamera.look_at(eye, pair[0][1].position, 100.0, (120, 90), distortion)
-        ball = Body(generator.uniform(0.3, 0.6, 3), PatchTexture.random(generator))
+        ball = Body(generator.uniform(0.15, 0.35, 3), PatchTexture.random(generator))
         before = Pose(
             0.5 * (eye + pair[0][1].position) + 0.3, np.zeros(3), normalise(generator.normal(size=4))
         )
@@ -163,8 +164,9 @@ def test_a_prism_that_is_a_box_looks_like_it(moving, distortion, test_seed):
         # the same to rounding: a sample on an edge, or on the border of two patches, may go either way
         np.testing.assert_allclose(prism_areas, box_areas, atol=0.25)
         differing += (np.abs(prism.astype(int) - box.astype(int)).max(axis=2) > 1).sum()
-        assert (box_areas > 20.0).all()
+        seen += box_areas[-1]
     assert differing <= 6
+    assert seen > 1000.0
 
 
 def test_a_turned_prism_is_lit_like_the_box(test_seed):
@@ -244,6 +246,9 @@ def test_footprints_hold_what_their_things_cover(seed):
         # as drawn in reports, of a pillar with 48 corners on the circle
         drawn = outline(body, pose)
         assert inside(corners, drawn + 1e-9 * (corners.mean(axis=0) - drawn)).all()
+        # 48 corners on the circle and 24 about it: 24 sin(π/24) r² and 24 tan(π/24) r²
+        lost = np.cos(np.pi / 24) if body.form == "cylinder" else 1.0
+        assert polygon_moments(drawn[:-1])[0] == pytest.approx(lost * polygon_moments(corners)[0], rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -267,7 +272,9 @@ world:
   occluders:
     - {id: block, kind: prism, corners_m: [[3, 3], [6, 3], [7, 5], [4, 6]], height_m: 2, attenuation_db: 7}
   targets:
-    - {id: it, shape: {kind: box, semi_axes_m: [0.2, 0.2, 0.2]}, motion: {kind: waypoints, points_m: [[1, 1, 1]]}}
+    - id: it
+      shape: {kind: box, semi_axes_m: [0.2, 0.2, 0.2]}
+      motion: {kind: waypoints, points_m: [[1, 1, 1]]}
 cameras:
   - {id: c1, position_m: [0, 0, 3], look_at_m: [5, 5, 1]}
 motes:
@@ -302,17 +309,15 @@ def test_a_scenario_with_a_prism(build):
     )
 
 
-def test_links_through_a_prism_lose_what_it_costs(tmp_path, monkeypatch, build):
+def test_links_through_a_prism_lose_what_it_costs(tmp_path, build):
     build()
-    from wsnsim.sim.propagations import _walls
-    from wsnsim.scenario.schema_propagation import Walls
-
-    scenario = load_scenario(tmp_path / "s.yaml").scenario
-    begins, ends = (
-        np.array([[0.0, 4.0, 1.0]] * 3),
-        np.array([[9.0, 4.0, 1.0], [9.0, 0.0, 1.0], [9.0, 4.0, 5.0]]),
+    among, free = (
+        place_propagation(load_scenario(tmp_path / "s.yaml", [f"network.propagation.walls={walls}"]).scenario)
+        for walls in ("{loss_db: 5}", "null")
     )
-    assert _walls(scenario, Walls(loss_db=5.0))(begins, ends).tolist() == [7.0, 0.0, 0.0]
+    places = np.array([[0.0, 4.0, 1.0], [9.0, 4.0, 1.0], [9.0, 0.0, 1.0], [9.0, 4.0, 5.0]])
+    links = np.zeros(3, dtype=np.int64), np.array([1, 2, 3])
+    np.testing.assert_allclose(among.loss_db(places, *links) - free.loss_db(places, *links), [7, 0, 0])
 
 
 @pytest.mark.parametrize(
@@ -326,29 +331,29 @@ def test_links_through_a_prism_lose_what_it_costs(tmp_path, monkeypatch, build):
         ),
         (
             "[[3, 3], [5, 3], [6, 3], [4, 6]]",
-            "corners_m: must turn at each corner, got a straight one at [5.0, 3.0] (corner 2) [m]; leave it out",
+            "corners_m: must turn at each corner, got a straight one at [5.0, 3.0] (corner 2) [m]",
         ),
         (
             "[[0.1, 0.1], [0.2, 0.2], [0.3, 0.3]]",
-            "corners_m: must turn at each corner, got a straight one at [0.2, 0.2] (corner 2)",
+            "corners_m: must make a polygon with an area, got one that folds back at [0.1, 0.1]",
         ),
         (
             "[[3, 3], [6, 3], [4, 3]]",
-            "corners_m: must make a polygon with an area, got one that folds back at [6.0, 3.0]",
+            "corners_m: must make a polygon with an area, got one that folds back at [3.0, 3.0]",
         ),
         (
             "[[3, 3], [6, 3], [6, 3], [4, 6]]",
-            "corners_m: must have sides of 0.001 m or more, got a shorter one",
+            "corners_m: must have sides of 0.001 m or more, got two corners at [6.0, 3.0]",
         ),
         (
             "[[3, 3], [6, 3], [4, 6], [3, 3]]",
-            "corners_m: must have sides of 0.001 m or more, got a shorter one",
+            "corners_m: must have sides of 0.001 m or more, got two corners at [3.0, 3.0]",
         ),
         (
             "[[5, 9], [6, 3], [2, 7], [8, 7], [3, 3]]",
             "corners_m: must go round once, got a polygon that crosses itself",
         ),
-        ("[[3, 3], [6, 3, 1], [4, 6]]", "corners_m[1]: must have 2 items"),
+        ("[[3, 3], [6, 3, 1], [4, 6]]", "corners_m[1]: must have exactly 2 items, got 3"),
     ],
 )
 def test_what_is_refused(build, corners, expected):

@@ -220,7 +220,7 @@ seed: 4
         (
             'system: {kind: "fake_tracker:SYSTEM"}',
             "system: {particles: 3}",
-            's.yaml:12:1: system.kind: must be given: "multiview" or "traffic", or your own "package.module:ATTRIBUTE"',
+            's.yaml:12:1: system.kind: must be given: "multiview", "scanline" or "traffic", or your own "package.module:ATTRIBUTE"',
         ),
         (
             'system: {kind: "fake_tracker:SYSTEM"}',
@@ -230,13 +230,13 @@ seed: 4
         (
             'kind: "fake_tracker:SYSTEM"',
             "kind: multview",
-            's.yaml:12:16: system.kind: must be "multiview" or "traffic", or your own "package.module:ATTRIBUTE", '
+            's.yaml:12:16: system.kind: must be "multiview", "scanline" or "traffic", or your own "package.module:ATTRIBUTE", '
             'got "multview"; did you mean "multiview"?',
         ),
         (
             '"fake_tracker:SYSTEM"',
             "3",
-            's.yaml:12:16: system.kind: must be "multiview" or "traffic", or your own "package.module:ATTRIBUTE", got 3',
+            's.yaml:12:16: system.kind: must be "multiview", "scanline" or "traffic", or your own "package.module:ATTRIBUTE", got 3',
         ),
         (
             "fake_tracker:SYSTEM",

@@ -234,7 +234,7 @@ def test_names_are_told_apart(problems):
         (
             "kind: pillar",
             "kind: piller",
-            'world.occluders[2].kind: must be "wall", "box" or "pillar", got "piller"; did you mean "pillar"?',
+            'world.occluders[2].kind: must be "wall", "box", "pillar" or "prism", got "piller"; did you mean "pillar"?',
         ),
         (
             "kind: plain, colour",

@@ -174,12 +174,15 @@ class Pillar(Part):
 
 def _convex(corners: tuple[FloorPlace, ...]) -> tuple[FloorPlace, ...]:
     """Ask for corners that turn the same way at each, and once round in all."""
-    total, sides = 0.0, list(zip(corners, (*corners[1:], corners[0]), strict=True))
-    for number, ((start, corner), (_, end)) in enumerate(zip(sides, (*sides[1:], sides[0]), strict=True)):
-        place = f"{list(corner)} (corner {(number + 1) % len(corners) + 1})"
-        if math.dist(start, corner) < _SHORTEST_M:
-            raise wrong(f"must have sides of {_SHORTEST_M:g} m or more, got a shorter one at {place} [m]")
-        turn = _turn(start, corner, end)
+    befores, afters = (corners[-1], *corners[:-1]), (*corners[1:], corners[0])
+    for before, corner in zip(befores, corners, strict=True):
+        if math.dist(before, corner) < _SHORTEST_M:
+            must = f"must have sides of {_SHORTEST_M:g} m or more"
+            raise wrong(f"{must}, got two corners at {list(corner)} [m]; name each once")
+    total = 0.0
+    for number, (before, corner, after) in enumerate(zip(befores, corners, afters, strict=True), 1):
+        place = f"{list(corner)} (corner {number})"
+        turn = _turn(before, corner, after)
         if math.pi - abs(turn) < _STRAIGHT:
             raise wrong(f"must make a polygon with an area, got one that folds back at {place} [m]")
         if abs(turn) < _STRAIGHT:
