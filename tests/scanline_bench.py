@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wsnsim.estimation.kalman import Gaussian
+from wsnsim.geometry.polygons import half_planes
 from wsnsim.kernels.jit import frozen
 from wsnsim.kernels.sightlines import disc_masks
 from wsnsim.rng import RandomStreams
@@ -62,8 +63,8 @@ class Setup:
     sensor_sd: float = 8.0
     q: float = 1.2
     params: FilterParams = DEFAULT
-    noise_sd: float = 0.33
-    memory: float = 0.7
+    noise_sd: float = 0.4
+    memory: float = 0.3
     joint: str = "subsets"
     wide: bool = False
     margin_px: float = 7.0
@@ -77,6 +78,9 @@ class Outcome:
     replaced: int
     hull_share: float
     blind: float
+    pieces: float = np.nan
+    phantom_share: float = np.nan
+    missed_share: float = np.nan
 
 
 def frames(setup):
@@ -142,7 +146,7 @@ class Source:
         self.setup, self.stage, self.generator = setup, stage, generator
         self.radius = setup.diameter / 2
         self.sensor, self.tracks = VirtualSensor(setup.sensor_sd, setup.q), None
-        self.squares, self.shares = [], []
+        self.squares, self.shares, self.counts = [], [], []
 
     def known(self, truth, occluders, z):
         return getattr(self, self.setup.prior)(truth, occluders, z)
@@ -184,7 +188,21 @@ class Source:
         hull = visual_hull(self.stage, blobs, heard.heard, self.setup.margin_px)
         hull = without_small(hull, 0.8 * self.setup.diameter)
         self.shares.append(hull.area_m2 / np.prod(self.stage.room.sides))
-        return without_phantoms(without_own(hull, self.stage, heard, 10.0), self.stage, blobs)
+        hull = without_phantoms(without_own(hull, self.stage, heard, 10.0), self.stage, blobs)
+        self.counts.append(counts(hull, occluders))
+        return hull
+
+
+def counts(hull, occluders):
+    """Return how many pieces there are, how many with no occluder's middle, and how many middles in none."""
+    inside = np.array([within(polygon, occluders) for polygon in hull.polygons]).reshape(-1, len(occluders))
+    return len(inside), (~inside.any(axis=1)).sum(), (~inside.any(axis=0)).sum()
+
+
+def within(polygon, points):
+    """Tell which points (m, 2) are in a convex polygon (k, 2)."""
+    planes, _ = half_planes((polygon,))
+    return (points @ planes[:, :2].T <= planes[:, 2]).all(axis=1)
 
 
 def run(setup):
@@ -203,6 +221,7 @@ def run(setup):
         blind += np.isnan(z).all()
         squares.append((state.mean - truth) ** 2)
     squares = np.array(squares)
+    pieces, phantoms, missed = np.sum(source.counts, axis=0) if source.counts else (np.nan,) * 3
     return Outcome(
         float(np.sqrt(squares.sum(axis=1).mean())),
         float(np.sqrt(squares.mean())),
@@ -210,6 +229,9 @@ def run(setup):
         replaced,
         float(np.mean(source.shares)) if source.shares else np.nan,
         float(blind / setup.steps),
+        float(pieces / setup.steps),
+        float(phantoms / pieces),
+        float(missed / (setup.steps * setup.occluders)) if setup.occluders else np.nan,
     )
 
 

@@ -7,9 +7,11 @@ import pytest
 
 from wsnsim.bench.scanline_twins import coverage, in_sight, likelihoods, recursion
 from wsnsim.kernels.jit import frozen
-from wsnsim.kernels.sightlines import disc_masks, sight_masks
+from wsnsim.kernels.sightlines import disc_masks, sight_masks, undisturbed
+from wsnsim.kernels.waypoints import waypoint_steps
 from wsnsim.systems.scanline.likelihood import Likelihood
 from wsnsim.systems.scanline.measurement import MeasurementNoise, Report, ScanCamera, report
+from wsnsim.systems.scanline.motion import CHANGE, TOWARDS, WAIT
 from wsnsim.systems.scanline.occlusion import NormalPriors, UniformPriors, joint_probability
 from wsnsim.systems.scanline.regions import Rig, Room
 
@@ -81,14 +83,27 @@ def test_discs_hide_what_is_behind_them(test_seed):
                 assert bool(mask >> k & 1) == (nearest < 4.0)
 
 
-def test_coverage_is_the_twins(test_seed):
+def equal_covs(generator, count):
+    """Return covariances that are the same for all occluders and in all directions."""
+    return np.broadcast_to(generator.uniform(2.0, 8.0) ** 2 * np.eye(2), (count, 2, 2))
+
+
+def round_covs(generator, count):
+    """Return covariances that are the same in all directions, but not for all occluders."""
+    return generator.uniform(0.5, 8.0, (count, 1, 1)) ** 2 * np.eye(2)
+
+
+@pytest.mark.parametrize(
+    "covs", [lambda g, k: some_covs(g, k, 0.5, 25.0), equal_covs, round_covs], ids=["any", "equal", "round"]
+)
+def test_coverage_is_the_twins(test_seed, covs):
     generator = np.random.default_rng(test_seed + 2)
     rig = a_rig(generator, 4, ())
-    points = generator.uniform(0.0, 100.0, (100, 2))
-    priors = NormalPriors(generator.uniform(-10.0, 110.0, (30, 2)), some_covs(generator, 30, 0.5, 25.0), 1.67)
-    q = priors.coverage(rig, points, np.full(100, 0b1011))
+    points = generator.uniform(0.0, 100.0, (50, 2))
+    priors = NormalPriors(generator.uniform(-10.0, 110.0, (30, 2)), covs(generator, 30), 1.67)
+    q = priors.coverage(rig, points, np.full(50, 0b1011))
     assert not q[:, :, 2].any()
-    for i, j, s in product(range(100), range(30), (0, 1, 3)):
+    for i, j, s in product(range(50), range(30), (0, 1, 3)):
         cov = tuple(priors.covs[j].ravel()[[0, 1, 3]])
         expected = coverage(rig.cameras[s].position, tuple(points[i]), tuple(priors.means[j]), cov, 1.67)
         # culled beyond 4.5 standard deviations, tabled to 2e-7
@@ -120,6 +135,55 @@ def test_joint_probability_by_enumeration(test_seed):
         for joint in ("subsets", "covering"):
             found = joint_probability(q, masks, seeing, blind, joint, detected)
             np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-14)
+
+
+def test_coverage_at_a_step_of_the_table(test_seed):
+    """Occluders as far across the line as the table of widths goes: none beyond it is read."""
+    rig = Rig(
+        [ScanCamera((0.0, 0.0), 0.0, 320.0, 2.0)], MeasurementNoise(), a_rig(np.random.default_rng(0)).room
+    )
+    radius, sd = 1.67, 4.0
+    farthest = radius + 4.5 * np.hypot(sd, 1e-3 * radius)
+    across = farthest * np.concatenate([np.arange(1025) / 1024, 1.0 + np.array([-1e-16, 1e-16, 1e-3])])
+    means = np.stack([np.full(len(across), 30.0), across], axis=1)
+    priors = NormalPriors(means, np.broadcast_to(sd**2 * np.eye(2), (len(across), 2, 2)), radius)
+    q = priors.coverage(rig, np.array([[60.0, 0.0]]), np.array([1]))[0, :, 0]
+    expected = [coverage((0.0, 0.0), (60.0, 0.0), tuple(mean), (sd**2, 0.0, sd**2), radius) for mean in means]
+    np.testing.assert_allclose(q, expected, rtol=0.0, atol=8e-6)
+
+
+@pytest.mark.parametrize("joint", ["subsets", "covering", "printed"])
+@pytest.mark.parametrize("detected", [1.0, 0.8])
+def test_at_once_is_one_after_the_other(test_seed, joint, detected):
+    """p(η) point by point is that of the coverage's array, and so is what may be left out."""
+    generator = np.random.default_rng(test_seed + 20)
+    rig = a_rig(generator, 6, ())
+    points = generator.uniform(0.0, 100.0, (400, 2))
+    means = generator.uniform(0.0, 100.0, (25, 2))
+    for covs in (some_covs(generator, 25, 2.0, 9.0), equal_covs(generator, 25)):
+        priors = NormalPriors(means, covs, 1.67, joint, detected)
+        masks = masks_of(generator, 400, 6)
+        q = priors.coverage(rig, points, masks)
+        for negligible in (0.0, 0.01):
+            found = priors.probabilities(rig, points, masks, 0b000001, 0b101110, negligible)
+            expected = joint_probability(q, masks, 0b000001, 0b101110, joint, detected, negligible)
+            np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-13)
+        assert (found == 0.0).any()
+        assert (found > 0.01).any()
+
+
+def test_many_blind_cameras_cost_a_bounded_time(test_seed):
+    """Ten blind cameras count together, and further ones on their own: near to all together."""
+    generator = np.random.default_rng(test_seed + 21)
+    q = some_q(generator, 20, 30, 12, 0.05)
+    masks = np.full(20, (1 << 12) - 1)
+    all_blind = joint_probability(q, masks, 0, (1 << 12) - 1)
+    alone = 1.0 - (1.0 - q[:, :, 10:]).prod(axis=1)
+    together = joint_probability(q[:, :, :10], masks & 1023, 0, 1023)
+    np.testing.assert_allclose(all_blind, together * alone.prod(axis=1), rtol=1e-12, atol=0.0)
+    # a room full of cameras, none of which sees the object
+    most = joint_probability(some_q(generator, 2, 30, 62), np.full(2, (1 << 62) - 1), 0, (1 << 62) - 1)
+    assert ((most >= 0.0) & (most <= 1.0)).all()
 
 
 @pytest.mark.parametrize("cameras", [2, 5, 8])
@@ -184,6 +248,70 @@ def test_cameras_that_were_not_heard_say_nothing(test_seed):
     silent = joint_probability(q, masks, 0b001, 0b010)
     both = joint_probability(q, masks, 0b101, 0b010) + joint_probability(q, masks, 0b001, 0b110)
     np.testing.assert_allclose(silent, both, rtol=0.0, atol=1e-12)
+
+
+def test_free_places_are_free(test_seed):
+    """Off the room's sides and each wall's sides by the margin, told corner by corner."""
+    generator = np.random.default_rng(test_seed + 22)
+    room = a_rig(generator).room
+    points = generator.uniform(-5.0, 105.0, (500, 2))
+    for margin in (0.0, 3.0):
+        found = room.within(points, margin)
+        for point, free in zip(points, found, strict=True):
+            expected = bool(((point >= margin) & (point <= 100.0 - margin)).all())
+            for wall in room.walls:
+                ways = np.roll(wall, -1, axis=0) - wall
+                offsets = point - wall
+                areas = ways[:, 0] * offsets[:, 1] - ways[:, 1] * offsets[:, 0]
+                turn = np.sign(ways[0, 0] * ways[1, 1] - ways[0, 1] * ways[1, 0])
+                expected &= bool((-turn * areas / np.hypot(*ways.T)).max() >= margin)
+            assert free == expected
+
+
+def test_only_cameras_asked_for_are_disturbed(test_seed):
+    generator = np.random.default_rng(test_seed + 23)
+    rig = a_rig(generator, 5, ())
+    points, centres = generator.uniform(0.0, 100.0, (300, 2)), generator.uniform(0.0, 100.0, (20, 2))
+    masks = masks_of(generator, 300, 5)
+    arguments = rig.rows, frozen(centres, float), 3.0
+    found = undisturbed(frozen(points, float), frozen(masks, np.int64), *arguments)
+    np.testing.assert_array_equal(found, masks & ~disc_masks(frozen(points, float), *arguments))
+    # whoever stands in a disc sees nothing, and nobody sees him
+    camera = rig.rows[0, :2]
+    at_camera, elsewhere = frozen(camera[None], float), frozen([[50.0, 50.0]], float)
+    for point, disc in ((elsewhere, at_camera), (elsewhere, elsewhere), (at_camera, at_camera)):
+        assert disc_masks(point, rig.rows, disc, 1.0)[0] & 1 == 1
+    assert disc_masks(at_camera, rig.rows, elsewhere, 1.0)[0] & 1 == 0
+
+
+def test_waypoint_steps_are_the_twins(test_seed):
+    """Sec. 4.1, particle by particle."""
+    generator = np.random.default_rng(test_seed + 24)
+    count, memory, reached, under_way = 500, 0.4, (0.1, 0.6), (0.7, 0.2)
+    places, targets, fresh = generator.uniform(0.0, 10.0, (3, count, 2))
+    targets[:5] = places[:5]
+    speeds, draws = generator.uniform(0.5, 4.0, count), generator.uniform(size=count)
+    noise = generator.normal(0.0, 0.3, (count, 2))
+    found = waypoint_steps(
+        *(frozen(a, float) for a in (places, targets, speeds, draws, fresh, noise)),
+        memory,
+        reached,
+        under_way,
+    )
+    for i in range(count):
+        way = targets[i] - places[i]
+        towards, change = reached if np.linalg.norm(way) < speeds[i] else under_way
+        place, target, speed, regime = places[i], targets[i], speeds[i], WAIT
+        if draws[i] < towards + change:
+            regime = TOWARDS if draws[i] < towards else CHANGE
+            target = target if regime == TOWARDS else fresh[i]
+            way = target - place
+            step = speed * way / max(np.linalg.norm(way), 1e-300) + noise[i]
+            place = place + step
+            speed = (1.0 - memory) * speed + memory * np.linalg.norm(step)
+        for array, expected in zip(found, (place, target, speed, regime), strict=True):
+            np.testing.assert_allclose(array[i], expected, rtol=0.0, atol=1e-12)
+    assert set(found[3]) == {TOWARDS, CHANGE, WAIT}
 
 
 def test_likelihood_is_the_twins(test_seed):

@@ -1,7 +1,7 @@
 """`python -m wsnsim.claims`: the pages under `reports/`.
 
-Without a further word: the page of the multi-view trackers, of finished sweeps. `network`: the page of the
-radio networks, whose runs it makes itself.
+Without a further word: the page of the multi-view trackers, of finished sweeps. `scanline`: that of the
+scan-line tracker, likewise. `network`: the page of the radio networks, whose runs it makes itself.
 """
 
 import sys
@@ -20,14 +20,17 @@ _OUT = click.option(
 )
 
 
-@click.group(name="python -m wsnsim.claims", invoke_without_command=True)
-@click.option(
+_RUNS = click.option(
     "--runs",
     type=click.Path(path_type=Path, file_okay=False),
     default=Path("runs"),
     show_default=True,
     help="Folder that holds the sweeps, each in a folder of its study's name.",
 )
+
+
+@click.group(name="python -m wsnsim.claims", invoke_without_command=True)
+@_RUNS
 @_OUT
 @click.pass_context
 def command(context: click.Context, runs: Path, out: Path) -> None:
@@ -42,6 +45,21 @@ def command(context: click.Context, runs: Path, out: Path) -> None:
         click.echo(f"Error: {error}", err=True)
         sys.exit(1)
     click.echo(out / "multiview.md", err=True)
+
+
+@command.command("scanline")
+@_RUNS
+@_OUT
+def scanline(runs: Path, out: Path) -> None:
+    """Write scanline.md, its figures and its table of all runs."""
+    from wsnsim.claims.scanline.page import write_report
+
+    try:
+        write_report(runs, out)
+    except WsnsimError as error:
+        click.echo(f"Error: {error}", err=True)
+        sys.exit(1)
+    click.echo(out / "scanline.md", err=True)
 
 
 @command.command("network")

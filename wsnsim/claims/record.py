@@ -33,11 +33,11 @@ _DIGITS = 9
 """Significant digits: more than any comparison asks for, less than a machine's rounding shows."""
 
 
-def record_text(studies: Sequence[Results]) -> str:
-    """Return the file's text: one row for each study, cell and seed."""
+def record_text(studies: Sequence[Results], figures: Sequence[str] = FIGURES) -> str:
+    """Return the file's text: one row for each study, cell and seed, with some figures of their summaries."""
     rows = []
     for results in studies:
-        frame = results.runs[["name", "seed", "scenario_sha256", *FIGURES]]
+        frame = results.runs[["name", "seed", "scenario_sha256", *figures]]
         frame = frame.rename(columns={"name": "cell"})
         frame.insert(0, "study", results.study.name)
         rows.append(frame)

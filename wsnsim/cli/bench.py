@@ -103,6 +103,24 @@ def network(layouts: tuple[Path, ...], period_s: float, as_json: bool, profile: 
         _print_costs(costs)
 
 
+@command.command("scanline")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document on stdout.")
+@click.option("--quick", is_flag=True, help="See that everything runs; the ratios say little.")
+def scanline(as_json: bool, quick: bool) -> None:
+    """Time one step of the scan-line tracker with 2, 4 and 8 cameras, and its parts.
+
+    Times are CPU times of one process, taken by turns; a ratio is the median
+    of the turns' ratios. The twin does the same in plain Python.
+    """
+    from wsnsim.bench.scanline import bench_scanline
+
+    measures = bench_scanline(quick=quick, said=lambda text: click.echo(text, err=True))
+    if as_json:
+        click.echo(json.dumps([asdict(measure) for measure in measures], indent=2, allow_nan=False))
+    else:
+        _print(measures)
+
+
 def _print_costs(costs: "list[Cost]") -> None:
     width = max(len(cost.what) for cost in costs)
     click.echo(

@@ -96,10 +96,10 @@ def polygon_coverage(
 
     Returns
     -------
-    (m, k, n) - 0 for cameras that are not wanted and polygons without area
+    (m, n, k) - 0 for cameras that are not wanted and polygons without area
     """
     polygons = len(starts) - 1
-    q = np.zeros((len(points), polygons, len(cameras)))
+    q = np.zeros((len(points), len(cameras), polygons))
     widest = 0
     for j in range(polygons):
         widest = max(widest, starts[j + 1] - starts[j])
@@ -135,7 +135,7 @@ def polygon_coverage(
                 count = cut(second, count, uy, -ux, radius - side, first)
                 count = cut(first, count, ux, uy, start + length, second)
                 count = cut(second, count, -ux, -uy, -start, first)
-                q[i, j, s] = area(first, count) / wholes[j]
+                q[i, s, j] = area(first, count) / wholes[j]
     return q
 
 

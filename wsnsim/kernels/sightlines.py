@@ -8,7 +8,7 @@ inside where nx x + ny y ≤ c.
 import numpy as np
 
 from wsnsim.kernels.jit import kernel
-from wsnsim.types import FloatArray, IntArray
+from wsnsim.types import BoolArray, FloatArray, IntArray
 
 
 @kernel
@@ -118,6 +118,70 @@ def table_masks(
 
 
 @kernel
+def free_of_walls(
+    points: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    half_planes: FloatArray,
+    starts: IntArray,
+    margin: float,
+) -> BoolArray:
+    """Tell which points (m, 2) are in a room and so far from its sides and polygons at least, (m,).
+
+    Parameters
+    ----------
+    points : (m, 2) - [m]
+    low, high : (2,) - corners of the room [m]
+    half_planes, starts : as in `sees`
+    margin : from the nearest side of the room and of each polygon [m]
+    """
+    free = np.empty(len(points), np.bool_)
+    for i in range(len(points)):
+        x, y = points[i, 0], points[i, 1]
+        inside = x >= low[0] + margin and x <= high[0] - margin
+        inside = inside and y >= low[1] + margin and y <= high[1] - margin
+        for p in range(len(starts) - 1):
+            beyond = -np.inf
+            for e in range(starts[p], starts[p + 1]):
+                beyond = max(beyond, half_planes[e, 0] * x + half_planes[e, 1] * y - half_planes[e, 2])
+            inside = inside and beyond >= margin
+        free[i] = inside
+    return free
+
+
+@kernel
+def meets_disc(
+    camera: FloatArray, x: float, y: float, squared: float, centres: FloatArray, radius: float
+) -> bool:
+    """Tell whether the line from a camera meets one of some discs.
+
+    Parameters
+    ----------
+    camera : (6,) - one row
+    x, y : from the camera to the end of the line [m]
+    squared : the square of its length [m²]
+    centres : (k, 2) - of the discs [m]
+    radius : of all discs [m]
+    """
+    least = radius * radius
+    for j in range(len(centres)):
+        rx, ry = centres[j, 0] - camera[0], centres[j, 1] - camera[1]
+        across = x * ry - y * rx
+        if across * across >= least * squared and squared > 0.0:
+            continue
+        along = x * rx + y * ry
+        if along <= 0.0:
+            near = rx * rx + ry * ry < least
+        elif along >= squared:
+            near = (rx - x) ** 2 + (ry - y) ** 2 < least
+        else:
+            near = True
+        if near:
+            return True
+    return False
+
+
+@kernel
 def disc_masks(points: FloatArray, cameras: FloatArray, centres: FloatArray, radius: float) -> IntArray:
     """Return the cameras (n, 6) whose line to a point (m, 2) meets a disc, as bit masks (m,).
 
@@ -128,18 +192,26 @@ def disc_masks(points: FloatArray, cameras: FloatArray, centres: FloatArray, rad
     centres : (k, 2) - of the discs [m]
     radius : of all discs [m]
     """
-    masks = np.zeros(len(points), np.int64)
+    masks = np.full(len(points), (1 << len(cameras)) - 1, np.int64)
+    clear = undisturbed(points, masks, cameras, centres, radius)
+    return np.asarray(masks ^ clear)
+
+
+@kernel
+def undisturbed(
+    points: FloatArray, masks: IntArray, cameras: FloatArray, centres: FloatArray, radius: float
+) -> IntArray:
+    """Return of the cameras in `masks` (m,) those whose line to a point (m, 2) meets no disc, (m,).
+
+    Parameters
+    ----------
+    points, cameras, centres, radius : as in `disc_masks`
+    """
+    result = masks.copy()
     for i in range(len(points)):
         for k in range(len(cameras)):
-            dx, dy = points[i, 0] - cameras[k, 0], points[i, 1] - cameras[k, 1]
-            squared = dx * dx + dy * dy
-            for j in range(len(centres)):
-                rx, ry = centres[j, 0] - cameras[k, 0], centres[j, 1] - cameras[k, 1]
-                share = 0.0
-                if squared > 0.0:
-                    share = min(max((rx * dx + ry * dy) / squared, 0.0), 1.0)
-                ex, ey = rx - share * dx, ry - share * dy
-                if ex * ex + ey * ey < radius * radius:
-                    masks[i] |= 1 << k
-                    break
-    return masks
+            if masks[i] >> k & 1:
+                x, y = points[i, 0] - cameras[k, 0], points[i, 1] - cameras[k, 1]
+                if meets_disc(cameras[k], x, y, x * x + y * y, centres, radius):
+                    result[i] ^= 1 << k
+    return result

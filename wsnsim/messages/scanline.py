@@ -23,9 +23,9 @@ _LINE_QUANTUM = _WIDEST / 32_767.0
 _ROOM = 65_535.0
 _OCCLUDER = np.dtype([("id", "<u2"), ("place", "<u2", 2)])
 _MOST_IDS = 65_536
-_TRACK = struct.Struct("<HH3e")
+_TRACK = struct.Struct("<HH5e")
 _ENERGY = struct.Struct("<f")
-_HEAD = struct.Struct("<H")
+_HEAD = struct.Struct("<HB")
 _HANDOVER = struct.Struct("<5f")
 
 
@@ -38,6 +38,11 @@ def step_of(low_byte: int, latest: int) -> int:
     latest : the last step there can be yet; the answer is at most 255 steps earlier
     """
     return latest - (latest - low_byte) % 256
+
+
+def step_near(low_byte: int, about: int) -> int:
+    """Return the step with that lowest byte that is nearest to another: 128 earlier to 127 later."""
+    return about - 128 + (low_byte - about + 128) % 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,12 +161,14 @@ class TrackPayload:
     ----------
     step : lowest byte of the frame's number
     shares : (2,) - the place as shares of the room's sides
-    cov : (3,) - xx, xy and yy of its covariance, in half precision [m²]
+    velocity : (2,) - in half precision [m/s]
+    cov : (3,) - xx, xy and yy of the place's covariance, in half precision [m²]
     heard : how many cameras were heard
     """
 
     step: int
     shares: FloatArray
+    velocity: FloatArray
     cov: FloatArray
     heard: int
 
@@ -169,11 +176,11 @@ class TrackPayload:
     kind: ClassVar[str] = "track"
 
     def encode(self) -> bytes:
-        """Return 13 bytes; a variance too large for half precision is the largest that it has."""
+        """Return 17 bytes; a number too large for half precision is the largest that it has."""
         x, y = _room_codes(self.shares)
         largest = float(np.finfo(np.float16).max)
-        cov = np.clip(self.cov, -largest, largest)
-        body = _TRACK.pack(int(x), int(y), *(float(value) for value in cov))
+        halves = np.clip(np.concatenate([self.velocity, self.cov]), -largest, largest)
+        body = _TRACK.pack(int(x), int(y), *(float(value) for value in halves))
         return _FRONT.pack(self.tag, self.step) + body + bytes([self.heard])
 
     @classmethod
@@ -182,16 +189,16 @@ class TrackPayload:
 
         Raises
         ------
-        DecodeError : wrong tag or length, or a covariance that is none
+        DecodeError : wrong tag or length, or numbers that are no velocity or covariance
         """
         step, body = _opened(data, cls.tag, cls.kind)
         if len(body) != _TRACK.size + 1:
             raise DecodeError(f"track: the body must hold {_TRACK.size + 1} bytes, got {len(body)}")
-        x, y, xx, xy, yy = _TRACK.unpack(body[:-1])
-        cov = np.array([xx, xy, yy])
-        if not np.isfinite(cov).all() or min(xx, yy) < 0.0:
-            raise DecodeError(f"track: must have a covariance, got {cov.tolist()}")
-        return cls(step, np.array([x, y]) / _ROOM, cov, body[-1])
+        x, y, *halves = _TRACK.unpack(body[:-1])
+        velocity, cov = np.array(halves[:2]), np.array(halves[2:])
+        if not np.isfinite(halves).all() or min(cov[0], cov[2]) < 0.0:
+            raise DecodeError(f"track: must have a velocity and a covariance, got {halves}")
+        return cls(step, np.array([x, y]) / _ROOM, velocity, cov, body[-1])
 
 
 @dataclass(frozen=True)
@@ -200,11 +207,11 @@ class EnergyPayload:
 
     Parameters
     ----------
-    term : number of the election, 0–255
+    election : lowest byte of its number
     left_j : infinite on mains [J]
     """
 
-    term: int
+    election: int
     left_j: float
 
     tag: ClassVar[int] = 0x24
@@ -212,7 +219,7 @@ class EnergyPayload:
 
     def encode(self) -> bytes:
         """Return 6 bytes."""
-        return _FRONT.pack(self.tag, self.term) + _ENERGY.pack(self.left_j)
+        return _FRONT.pack(self.tag, self.election) + _ENERGY.pack(self.left_j)
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
@@ -222,34 +229,36 @@ class EnergyPayload:
         ------
         DecodeError : wrong tag or length, or an energy that is none
         """
-        term, body = _opened(data, cls.tag, cls.kind)
+        election, body = _opened(data, cls.tag, cls.kind)
         if len(body) != _ENERGY.size:
             raise DecodeError(f"energy: the body must hold {_ENERGY.size} bytes, got {len(body)}")
         (left_j,) = _ENERGY.unpack(body)
         if not left_j >= 0.0:
             raise DecodeError(f"energy: must be at least 0, got {left_j} [J]")
-        return cls(term, left_j)
+        return cls(election, left_j)
 
 
 @dataclass(frozen=True)
 class HeadPayload:
-    """Who is the cluster head from now on.
+    """Who is the cluster head from a frame on.
 
     Parameters
     ----------
-    term : number of the election, 0–255
+    term : of office, counted in 8 bits
     head : number of the mote; the base station is the one after the last
+    first : lowest byte of the number of the first frame that it takes
     """
 
     term: int
     head: int
+    first: int
 
     tag: ClassVar[int] = 0x25
     kind: ClassVar[str] = "head"
 
     def encode(self) -> bytes:
-        """Return 4 bytes."""
-        return _FRONT.pack(self.tag, self.term) + _HEAD.pack(self.head)
+        """Return 5 bytes."""
+        return _FRONT.pack(self.tag, self.term) + _HEAD.pack(self.head, self.first)
 
     @classmethod
     def decode(cls, data: bytes) -> Self:
@@ -262,7 +271,7 @@ class HeadPayload:
         term, body = _opened(data, cls.tag, cls.kind)
         if len(body) != _HEAD.size:
             raise DecodeError(f"head: the body must hold {_HEAD.size} bytes, got {len(body)}")
-        return cls(term, _HEAD.unpack(body)[0])
+        return cls(term, *_HEAD.unpack(body))
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,7 +280,7 @@ class HandoverPayload:
 
     Parameters
     ----------
-    term : number of the election, 0–255
+    term : of office of the next one, counted in 8 bits
     place : (2,) - [m]
     cov : (3,) - xx, xy and yy of its covariance [m²]
     """

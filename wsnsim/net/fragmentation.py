@@ -183,6 +183,8 @@ class _Partial:
 class Reassembler:
     """The datagrams a node has received in part."""
 
+    __slots__ = ("_partial",)
+
     def __init__(self) -> None:
         self._partial: dict[DatagramKey, _Partial] = {}
 

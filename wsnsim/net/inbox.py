@@ -18,6 +18,8 @@ class Inbox:
     late : told of a datagram whose time is over
     """
 
+    __slots__ = ("_clock", "_late", "_reassembler", "_timeout_ns", "_waiting")
+
     def __init__(self, clock: Clock, timeout_ns: Nanoseconds, late: Callable[[Flight], None]) -> None:
         self._clock, self._timeout_ns, self._late = clock, timeout_ns, late
         self._reassembler = Reassembler()

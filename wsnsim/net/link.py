@@ -44,6 +44,26 @@ class Link:
     rng : for a queue that drops at random
     """
 
+    __slots__ = (
+        "_address",
+        "_budget",
+        "_child_addresses",
+        "_children",
+        "_config",
+        "_directory",
+        "_flights",
+        "_hops_to",
+        "_inbox",
+        "_mac",
+        "_max_payload_bytes",
+        "_next_hops",
+        "_node",
+        "_parent",
+        "_queue",
+        "_tag",
+        "_tree",
+    )
+
     def __init__(
         self,
         node: NodeId,

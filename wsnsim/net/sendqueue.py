@@ -82,6 +82,26 @@ class SendQueue:
     rng : draws the frame that is lost under `drop_random`
     """
 
+    __slots__ = (
+        "_asked",
+        "_budget",
+        "_clock",
+        "_config",
+        "_control",
+        "_frames",
+        "_held",
+        "_held_since_ns",
+        "_in_hand",
+        "_mac",
+        "_outbox",
+        "_own_queued",
+        "_rng",
+        "_sender",
+        "_serving",
+        "_unsent",
+        "control_sent",
+    )
+
     def __init__(
         self,
         clock: Clock,

@@ -49,6 +49,7 @@ EVENTS: Mapping[str, str] = {
     "track_started": "tracks that the tracker began, or found again",
     "reinitialised": "times that no particle explained what was seen, and all were drawn anew",
     "report_late": "reports of cameras that came after their frame was closed",
+    "image_refused": "images that arrived damaged, or in parts that did not go together",
     "head_elected": "elections in which another mote became cluster head",
     "sighting_late": "sightings of a lost target that arrived after the search for it was over",
     "sighting_refused": "sightings of no use, set aside",

@@ -65,7 +65,9 @@ def learned_colours(portraits: Iterable[Portrait], semi_axes_m: FloatArray) -> O
     return ObjectColours(shares)
 
 
-def object_pixels(colours: ObjectColours, image: ByteArray, foreground: BoolArray, ratio: float) -> BoolArray:
+def object_pixels(
+    colours: ObjectColours, image: ByteArray, foreground: BoolArray, share: float, ratio: float
+) -> BoolArray:
     """Tell which foreground pixels (h, w) have a colour of the object.
 
     Parameters
@@ -73,8 +75,9 @@ def object_pixels(colours: ObjectColours, image: ByteArray, foreground: BoolArra
     colours : of the object
     image : (h, w, 3) - RGB
     foreground : (h, w) - the pixels that are asked
-    ratio : times that a colour must be as frequent on the object as in the foreground, and as each of
-        the bins would be if all were alike [-]
+    share : of the object, at least, that has such a colour: what is rarer is noise, or a mixture at an edge
+        [0–1]
+    ratio : times that a colour must be as frequent on the object as in the foreground [-]
     """
     chosen = np.zeros(foreground.shape, dtype=np.bool_)
     rows, columns = np.flatnonzero(foreground.any(axis=1)), np.flatnonzero(foreground.any(axis=0))
@@ -84,6 +87,6 @@ def object_pixels(colours: ObjectColours, image: ByteArray, foreground: BoolArra
     asked = foreground[y0:y1, x0:x1]
     bins = FEATURES.bin_region(image, (x0, y0, x1, y1)).colour
     counts = np.bincount(bins[asked], minlength=FEATURES.colour_bins)
-    usual = np.maximum(counts / counts.sum(), 1.0 / FEATURES.colour_bins)
-    chosen[y0:y1, x0:x1] = asked & (colours.shares >= ratio * usual)[bins]
+    least = np.maximum(ratio * counts / counts.sum(), share)
+    chosen[y0:y1, x0:x1] = asked & (colours.shares >= least)[bins]
     return chosen

@@ -67,8 +67,9 @@ def line_places(camera: PinholeCamera, columns: FloatArray) -> FloatArray:
     """Return f tan α of columns (...), α the angle to the left of where the camera looks, (...) [px].
 
     The angle is that of the column's ray in the plane of the horizon, seen from above, so that a point
-    there has h / d times the focal length, whatever the lens bends and however the camera is tilted (up
-    to where the horizon leaves the image; then in the row next to it).
+    there has h / d times the focal length, whatever the lens bends and however the camera is tilted, up
+    to where the horizon leaves the image; then the row next to it stands for it. One row does for the
+    whole horizon, which a lens bends a little where the camera is tilted.
 
     Raises
     ------

@@ -4,12 +4,14 @@ from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 
-from wsnsim.claims.markdown import NONE, picture, table
+from wsnsim.claims.made import provenance_table, studies_table
+from wsnsim.claims.markdown import picture
 from wsnsim.claims.multiview import charts, paths, tables, words
 from wsnsim.claims.multiview.claims import CLAIMS
-from wsnsim.claims.multiview.evidence import DEFAULT, FORMS, PUBLISHED, Evidence, read_evidence
+from wsnsim.claims.multiview.evidence import FORMS, Evidence, read_evidence
 from wsnsim.claims.record import record_text
-from wsnsim.claims.rules import Band, Finding, Judgement, Mark, Verdict, judged
+from wsnsim.claims.rules import Judgement, judged
+from wsnsim.claims.verdicts import details, overview
 from wsnsim.store.folder import write_text
 from wsnsim.store.writer import cannot_write
 
@@ -26,14 +28,6 @@ FIGURES: Mapping[str, Callable[[Evidence], str]] = {
     "factors": charts.factor_ratios,
 }
 """Each file of `reports/multiview/` and what draws it."""
-
-_VERDICTS = {
-    Verdict.REPRODUCED: "**reproduced**",
-    Verdict.IN_PART: "*in part*",
-    Verdict.NOT_REPRODUCED: "not reproduced",
-    Verdict.NOT_RUN: NONE,
-}
-_MARKS = {Mark.HOLDS: "✓", Mark.FAILS: "✗", Mark.UNDECIDED: "?"}
 
 
 def write_report(runs: Path, out: Path) -> None:
@@ -74,10 +68,10 @@ def page(evidence: Evidence) -> str:
         [
             words.HEAD,
             words.made_from(evidence, f"{NAME}.csv"),
-            tables.studies(evidence),
+            studies_table(evidence.studies),
             "## The claims, one by one\n",
             words.RULE,
-            _overview(verdicts),
+            overview(verdicts, FORMS),
             "## Accuracy in the simulated setups\n",
             words.ACCURACY,
             tables.accuracy(evidence),
@@ -113,10 +107,10 @@ def page(evidence: Evidence) -> str:
             words.factors(evidence),
             tables.factors(evidence),
             "## What decided each claim\n",
-            _details(verdicts),
+            details(verdicts, FORMS),
             words.DIFFERENCES,
             "## Versions\n",
-            tables.provenance(evidence),
+            provenance_table(evidence.studies),
             f"Figures: matplotlib {version('matplotlib')}.\n",
         ]
     )
@@ -124,52 +118,3 @@ def page(evidence: Evidence) -> str:
 
 def _picture(name: str, words: str) -> str:
     return picture(f"{NAME}/{name}.svg", words)
-
-
-def _overview(verdicts: list[dict[str, Judgement[Evidence]]]) -> str:
-    rows = []
-    for at, both in enumerate(verdicts, start=1):
-        claim = both[DEFAULT].claim
-        marks = (_VERDICTS[both[form].verdict] for form in (PUBLISHED, DEFAULT))
-        rows.append((f"[{at}](#{claim.key})", claim.text, claim.where, *marks))
-    return table(("", "claim", "where", PUBLISHED, DEFAULT), rows, numbers_from=5)
-
-
-def _details(verdicts: list[dict[str, Judgement[Evidence]]]) -> str:
-    parts = []
-    for at, both in enumerate(verdicts, start=1):
-        claim = both[DEFAULT].claim
-        rows = [
-            (one.part.what, _band_text(one), _found(one), _found(other))
-            for one, other in zip(both[PUBLISHED].findings, both[DEFAULT].findings, strict=True)
-        ]
-        parts += [
-            f'<a id="{claim.key}"></a>\n**{at}. {claim.text}**\n',
-            table(("number", "must be", PUBLISHED, DEFAULT), rows, numbers_from=4),
-        ]
-    return "\n".join(parts)
-
-
-def _band_text(finding: Finding[Evidence]) -> str:
-    band, show = finding.part.band, finding.part.show
-    if band.low == band.high:
-        return show(band.low)
-    if band.low == -_NO_END:
-        return f"{'below' if band.open else 'at most'} {show(band.high)}"
-    if band.high == _NO_END:
-        return f"{'above' if band.open else 'at least'} {show(band.low)}"
-    return f"{show(band.low)} to {show(band.high)}"
-
-
-_NO_END = Band().high
-
-
-def _found(finding: Finding[Evidence]) -> str:
-    value, mark = finding.value, finding.mark
-    if value is None or mark is None:
-        return NONE
-    show = finding.part.show
-    text = show(value.value)
-    if value.high > value.low:
-        text += f" ({show(value.low)} to {show(value.high)})".replace("× ", "")
-    return f"{_MARKS[mark]} {text}"

@@ -130,6 +130,31 @@ class CsmaCa:
     rng : backoffs and the first sequence number
     """
 
+    __slots__ = (
+        "_ack",
+        "_address",
+        "_answer",
+        "_answering",
+        "_attempts",
+        "_busy",
+        "_clock",
+        "_config",
+        "_drawn",
+        "_duplicates",
+        "_exponent",
+        "_job",
+        "_medium",
+        "_radio",
+        "_restarts",
+        "_rng",
+        "_sequence",
+        "_spaced_ns",
+        "_timer",
+        "_upper",
+        "awaits_ack",
+        "counters",
+    )
+
     def __init__(
         self, clock: Clock, medium: Medium, config: CsmaCaConfig, address: int, rng: np.random.Generator
     ) -> None:

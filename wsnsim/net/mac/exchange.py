@@ -27,6 +27,8 @@ class Duplicates:
     lifetime_ns : how long its number is remembered; less than 256 frames take [ns]
     """
 
+    __slots__ = ("_heard", "_lifetime_ns")
+
     def __init__(self, lifetime_ns: Nanoseconds) -> None:
         self._lifetime_ns = lifetime_ns
         self._heard: dict[int, tuple[int, Nanoseconds]] = {}

@@ -1,15 +1,24 @@
 """What the scan-line system lets a scenario choose: one small section a choice, with its published form."""
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, BeforeValidator, Field
 
 Metres: TypeAlias = Annotated[float, Field(gt=0, le=1e6)]
 Share: TypeAlias = Annotated[float, Field(ge=0, le=1)]
-Corner: TypeAlias = tuple[
-    Annotated[float, Field(ge=-1e6, le=1e6)],
-    Annotated[float, Field(ge=-1e6, le=1e6)],
+
+
+def _listed(value: Any) -> Any:
+    """Take a list for a tuple also behind the preset, which has seen the section and left JSON behind."""
+    return tuple(value) if isinstance(value, list) else value
+
+
+_LISTS = BeforeValidator(_listed)
+Shares: TypeAlias = Annotated[tuple[Share, Share], _LISTS]
+Corner: TypeAlias = Annotated[
+    tuple[Annotated[float, Field(ge=-1e6, le=1e6)], Annotated[float, Field(ge=-1e6, le=1e6)]], _LISTS
 ]
+Polygon: TypeAlias = Annotated[tuple[Corner, ...], _LISTS]
 
 
 class Section(BaseModel, extra="forbid", frozen=True, allow_inf_nan=False):
@@ -196,17 +205,21 @@ class Walk(Section):
     speed_mps: Annotated[float, Field(gt=0, le=1e3)] = Field(
         1.5, description="of a particle that was just placed [m/s]"
     )
-    noise_sd_m: Metres = Field(0.066, description="σ_ν: added to each step, each axis [m]")
+    noise_sd_m: Metres = Field(
+        0.08,
+        description="σ_ν: added to each step, each axis; more than the walkers' own, for they go round each "
+        "other too [m]",
+    )
     memory: Share = Field(
-        0.7,
+        0.3,
         description="φ: weight of the length just walked in the new speed; .7 as published hardly smooths, "
         "and the speed drifts upward [-]",
     )
-    reached: tuple[Share, Share] = Field(
+    reached: Shares = Field(
         (0.05, 0.9),
         description="β₁, λ₁: of going on toward the target, and of a new one, where it is reached; else wait",
     )
-    under_way: tuple[Share, Share] = Field((0.9, 0.05), description="β₂, λ₂: the same elsewhere")
+    under_way: Shares = Field((0.9, 0.05), description="β₂, λ₂: the same elsewhere")
 
 
 class VirtualOccluders(Section):
@@ -216,6 +229,6 @@ class VirtualOccluders(Section):
     diameter_m: Metres = Field(0.3048, description="D of each; the paper's 12 inches [m]")
     speed_mps: Annotated[float, Field(gt=0, le=1e3)] = Field(0.5, description="at which they walk [m/s]")
     noise_sd_m: float = Field(0.02, ge=0, le=1e3, description="added to each of their steps, each axis [m]")
-    blocks_m: tuple[tuple[Corner, ...], ...] = Field(
+    blocks_m: Annotated[tuple[Polygon, ...], _LISTS] = Field(
         (), max_length=100, description="convex polygons on the floor that stand in the way, corners x, y [m]"
     )

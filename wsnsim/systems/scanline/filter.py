@@ -124,8 +124,10 @@ class Tracker:
         except Lost:
             return self.place_anew(generator, likelihood)
         if not printed and report.seeing:
-            misfit = likelihood.misfit(particles.states.places).min()
-            if misfit > self.params.lost_sd**2:
+            # the best particle seldom misfits: then no other is asked
+            places, most = particles.states.places, self.params.lost_sd**2
+            best = places[[particles.weights.argmax()]]
+            if likelihood.misfit(best)[0] > most and likelihood.misfit(places).min() > most:
                 return self.place_anew(generator, likelihood)
         return Tracked(particles)
 

@@ -11,7 +11,6 @@ from wsnsim.systems.scanline.baselines import Baseline
 from wsnsim.systems.scanline.choices import KalmanTracker
 from wsnsim.systems.scanline.filter import FilterParams, Tracked, Tracker
 from wsnsim.systems.scanline.measurement import Report
-from wsnsim.systems.scanline.motion import directions
 from wsnsim.systems.scanline.occlusion import Knowledge, KnownPlaces, NormalPriors, ScanLines, UniformPriors
 from wsnsim.systems.scanline.params import ScanlineParams
 from wsnsim.systems.scanline.stage import Stage
@@ -77,8 +76,7 @@ class ParticleFollower:
         self._state = self._tracker.step(self._generator, self._state, report, knowledge)
         state = self._state
         walkers, weights = state.particles.states, state.particles.weights
-        ways = directions(walkers.targets - walkers.places)
-        velocity = (weights * walkers.speeds) @ ways
+        velocity = np.asarray(weights @ walkers.velocities)
         return Followed(state.mean, state.cov, velocity, state.replaced, self._work(report, knowledge, state))
 
     def _work(self, report: Report, knowledge: Knowledge, state: Tracked) -> Work:
@@ -134,9 +132,18 @@ class KalmanFollower:
 
 
 def follower_for(
-    params: ScanlineParams, stage: Stage, rate_hz: float, generator: np.random.Generator
+    params: ScanlineParams, stage: Stage, rate_hz: float, generator: np.random.Generator, given: bool = True
 ) -> Follower:
-    """Return the tracker that a scenario asks for, begun as it asks for."""
+    """Return the tracker that a scenario asks for.
+
+    Parameters
+    ----------
+    params : of the system
+    stage : the deployment
+    rate_hz : of the frames [Hz]
+    generator : source of randomness
+    given : whether it begins as the scenario says, not with an object that may be anywhere
+    """
     tracker = params.tracker
     follower: Follower
     if isinstance(tracker, KalmanTracker):
@@ -150,6 +157,6 @@ def follower_for(
             lost_sd=tracker.lost_sd,
         )
         follower = ParticleFollower(settings, stage, generator)
-    if params.start == "given":
+    if given and params.start == "given":
         follower.begin(stage.start, stage.walk.noise_sd**2 * np.eye(2))
     return follower

@@ -15,7 +15,7 @@ from wsnsim.hardware.work import Work
 from wsnsim.systems.base import TrackedTarget
 from wsnsim.systems.scanline.reading import Reading
 from wsnsim.systems.scanline.rules import PixelFrontEnd
-from wsnsim.types import ByteArray
+from wsnsim.types import ByteArray, IntArray
 from wsnsim.vision.backprojection import learned_colours, object_pixels
 from wsnsim.vision.foreground import GAIN_STRIDE, Background, foreground, gain, learned, updated
 from wsnsim.vision.scanline import blobs, column_sums, heaviest, line_places, middle_place
@@ -88,21 +88,28 @@ class FrontEnd:
         params = self._params
         brightness = gain(background, image)
         mask = foreground(background, image, params.foreground_sd, brightness)
-        own = object_pixels(self._colours, image, mask, params.colour_ratio)
-        runs = blobs(column_sums(mask), params.column_px, params.gap_px, params.width_px)
+        sums = column_sums(mask)
+        own = object_pixels(self._colours, image, mask, params.colour_share, params.colour_ratio)
+        runs = blobs(sums, params.column_px, params.gap_px, params.width_px)
         # columns run to the right, places to the left
         line = line_places(self._camera, runs)[::-1, ::-1]
         after = updated(background, image, mask, params.learning_rate, brightness)
-        return Reading(self._place(own), line), after, _work(image, int(np.count_nonzero(mask)))
+        return Reading(self._place(column_sums(own), sums), line), after, _work(image, int(sums.sum()))
 
-    def _place(self, own: "np.ndarray[tuple[int, ...], np.dtype[np.bool_]]") -> float:
-        """Return where the pixels (h, w) in the object's colours have their middle; NaN for too few [px]."""
-        sums = column_sums(own)
-        runs = blobs(sums, self._params.object_column_px, self._params.gap_px)
+    def _place(self, own: IntArray, whole: IntArray) -> float:
+        """Return where the object has its middle [px]; NaN where too little shows its colours.
+
+        Parameters
+        ----------
+        own, whole : (w,), (w,) - pixels of each column in the object's colours, and in the foreground
+        """
+        params = self._params
+        sums = np.where(own >= params.object_share * whole, own, 0)
+        runs = blobs(sums, params.object_column_px, params.gap_px, params.width_px)
         if not len(runs):
             return float("nan")
         number, pixels = heaviest(runs, sums)
-        if pixels < self._params.object_px:
+        if pixels < params.object_px:
             return float("nan")
         return middle_place(self._camera, line_places(self._camera, runs[number]))
 

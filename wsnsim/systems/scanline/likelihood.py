@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wsnsim.systems.scanline.measurement import Report, camera_frame, slope_variance
+from wsnsim.kernels.bearings import misfits_and_volumes
+from wsnsim.kernels.jit import frozen
+from wsnsim.systems.scanline.measurement import Report
 from wsnsim.systems.scanline.occlusion import Knowledge
 from wsnsim.systems.scanline.regions import Rig
 from wsnsim.types import FloatArray
@@ -68,15 +70,13 @@ class Likelihood:
 
     def _normal(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the misfits (m,), and log 2πσ² summed over the seeing cameras (m,)."""
-        misfits, volumes = np.zeros(len(points)), np.zeros(len(points))
-        for k, camera in enumerate(self.rig.cameras):
-            if not self.report.seeing >> k & 1:
-                continue
-            h, d = camera_frame(camera, points)
-            before = d > 0.0
-            slope = h / np.where(before, d, 1.0)
-            spread = slope_variance(camera, slope, np.where(before, d, 1.0), self.rig.noise)
-            error = self.report.values_px[k] - camera.focal_px * slope
-            misfits += np.where(before, error * error / spread, np.inf)
-            volumes += np.log(2.0 * np.pi * spread)
-        return misfits, volumes
+        noise = self.rig.noise
+        return misfits_and_volumes(
+            frozen(points, np.float64),
+            self.rig.rows,
+            frozen(self.report.values_px, np.float64),
+            self.report.seeing,
+            noise.position_sd_m,
+            noise.angle_sd_rad,
+            noise.read_sd_px,
+        )

@@ -6,6 +6,7 @@ it looks, θ + π, so that h is positive on its left and d positive before it.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import cos, isfinite, pi, sin, tan
 
 import numpy as np
@@ -89,12 +90,12 @@ class Report:
     values_px: FloatArray
     heard: BoolArray
 
-    @property
+    @cached_property
     def seeing(self) -> int:
         """Cameras that see the object, as a bit mask."""
         return _mask(self.heard & ~np.isnan(self.values_px))
 
-    @property
+    @cached_property
     def blind(self) -> int:
         """Cameras that report that they do not see it, as a bit mask."""
         return _mask(self.heard & np.isnan(self.values_px))

@@ -9,6 +9,8 @@ from typing import Self
 
 import numpy as np
 
+from wsnsim.kernels.jit import frozen
+from wsnsim.kernels.waypoints import mean_directions, mean_waypoint_steps, waypoint_steps
 from wsnsim.systems.scanline.regions import Room
 from wsnsim.types import FloatArray, IntArray
 
@@ -33,6 +35,13 @@ class Walkers:
     speeds: FloatArray
     regimes: IntArray
 
+    @property
+    def velocities(self) -> FloatArray:
+        """Velocities (m, 2) toward the targets, 0 at them [m/step]."""
+        ways = self.targets - self.places
+        lengths = np.hypot(ways[:, 0], ways[:, 1])
+        return np.asarray(ways * (self.speeds / np.where(lengths > 0.0, lengths, 1.0))[:, np.newaxis])
+
     def take(self, indices: IntArray) -> Self:
         """Return the states at indices."""
         return type(self)(
@@ -42,15 +51,16 @@ class Walkers:
 
 @dataclass(frozen=True)
 class WaypointWalk:
-    """The paper's model and values.
+    """The paper's model; its values, but for φ and σ_ν.
 
     Parameters
     ----------
     room : in which the targets are
     speed : of a particle that was just placed [m/step]
-    noise_sd : σ_ν on each axis [m]
-    memory : φ, the weight of the length just walked in the new speed. The paper's 0.7 is said to smooth;
-        it hardly does, and as noise lengthens the way, the speed drifts upward: 0.3 or less is better
+    noise_sd : σ_ν on each axis [m]. Steps of a crowd of forty with noise .33 are so far off the ways to their
+        waypoints: .4, as bodies go round each other. What the paper's filter takes is not printed
+    memory : φ, the weight of the length just walked in the new speed. The paper's 0.7 is said to smooth; it
+        hardly does, and as noise lengthens the way, the speed drifts upward
     reached : β₁, λ₁, probabilities of TOWARDS and CHANGE at the target, which is nearer than one step
     under_way : β₂, λ₂, elsewhere
 
@@ -61,8 +71,8 @@ class WaypointWalk:
 
     room: Room
     speed: float = 1.0
-    noise_sd: float = 0.33
-    memory: float = 0.7
+    noise_sd: float = 0.4
+    memory: float = 0.3
     reached: tuple[float, float] = (0.05, 0.9)
     under_way: tuple[float, float] = (0.9, 0.05)
 
@@ -84,57 +94,42 @@ class WaypointWalk:
     def propagate(self, generator: np.random.Generator, walkers: Walkers) -> Walkers:
         """Draw the next states from f(u(t) | u(t − 1))."""
         count = len(walkers.places)
-        towards, change = self._chances(walkers)
         draws = generator.uniform(size=count)
-        regimes = np.where(draws < towards, TOWARDS, np.where(draws < towards + change, CHANGE, WAIT))
-        drawn = generator.uniform(self.room.low, self.room.high, (count, 2))
-        targets = np.where((regimes == CHANGE)[:, np.newaxis], drawn, walkers.targets)
-        steps = walkers.speeds[:, np.newaxis] * directions(targets - walkers.places)
-        steps += generator.normal(0.0, self.noise_sd, (count, 2))
-        moves = regimes != WAIT
-        steps[~moves] = 0.0
-        lengths = np.hypot(steps[:, 0], steps[:, 1])
-        speeds = (1.0 - self.memory) * walkers.speeds + self.memory * lengths
-        return Walkers(walkers.places + steps, targets, np.where(moves, speeds, walkers.speeds), regimes)
+        # as `uniform` between the corners would, in half the time
+        fresh = self.room.low + self.room.sides * generator.random((count, 2))
+        noise = generator.normal(0.0, self.noise_sd, (count, 2))
+        return Walkers(
+            *waypoint_steps(
+                *_numbers(walkers),
+                frozen(draws, np.float64),
+                frozen(fresh, np.float64),
+                frozen(noise, np.float64),
+                self.memory,
+                self.reached,
+                self.under_way,
+            )
+        )
 
     def expected(self, walkers: Walkers) -> Walkers:
         """Return κ = E[u(t) | u(t − 1)] (Fig. 4, line 2): the places exactly, the rest as it is."""
-        towards, change = self._chances(walkers)
-        step = towards[:, np.newaxis] * directions(walkers.targets - walkers.places)
-        step += change[:, np.newaxis] * mean_direction(walkers.places, self.room)
-        places = walkers.places + walkers.speeds[:, np.newaxis] * step
+        low, high = _corners(self.room)
+        places = mean_waypoint_steps(*_numbers(walkers), low, high, self.reached, self.under_way)
         return Walkers(places, walkers.targets, walkers.speeds, walkers.regimes)
-
-    def _chances(self, walkers: Walkers) -> tuple[FloatArray, FloatArray]:
-        ways = walkers.targets - walkers.places
-        there = np.hypot(ways[:, 0], ways[:, 1]) < walkers.speeds
-        return (
-            np.where(there, self.reached[0], self.under_way[0]),
-            np.where(there, self.reached[1], self.under_way[1]),
-        )
 
 
 def mean_direction(places: FloatArray, room: Room) -> FloatArray:
-    """Return the mean unit vector from places (m, 2) to a place that is uniform in the room, (m, 2).
-
-    The integral of x / √(x² + y²) over a rectangle is that of √(x² + y²) over its right side, less over its
-    left.
-    """
-    left, below = (room.low - places).T
-    right, above = (room.high - places).T
-    across = _root(right, above) - _root(right, below) - _root(left, above) + _root(left, below)
-    up = _root(above, right) - _root(above, left) - _root(below, right) + _root(below, left)
-    return np.stack([across, up], axis=1) / float(np.prod(room.sides))
+    """Return the mean unit vector from places (m, 2) to a place that is uniform in the room, (m, 2)."""
+    return mean_directions(frozen(places, np.float64), *_corners(room))
 
 
-def _root(at: FloatArray, to: FloatArray) -> FloatArray:
-    """Return the integral of √(at² + y²) for y from 0 to `to`."""
-    length = np.hypot(at, to)
-    share = np.divide(to, np.abs(at), out=np.zeros_like(to), where=at != 0.0)
-    return np.asarray(0.5 * (to * length + at * at * np.arcsinh(share)))
+def _numbers(walkers: Walkers) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return places, targets and speeds as the kernels take them."""
+    return (
+        frozen(walkers.places, np.float64),
+        frozen(walkers.targets, np.float64),
+        frozen(walkers.speeds, np.float64),
+    )
 
 
-def directions(ways: FloatArray) -> FloatArray:
-    """Return unit vectors (m, 2), or 0 where there is no way left."""
-    lengths = np.hypot(ways[:, 0], ways[:, 1])
-    return np.asarray(ways / np.where(lengths > 0.0, lengths, 1.0)[:, np.newaxis])
+def _corners(room: Room) -> tuple[FloatArray, FloatArray]:
+    return frozen(room.low, np.float64), frozen(room.high, np.float64)

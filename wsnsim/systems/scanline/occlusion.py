@@ -16,10 +16,11 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from wsnsim.kernels.covering import joint_probabilities, normal_joint
 from wsnsim.kernels.hulls import polygon_coverage
 from wsnsim.kernels.jit import frozen
-from wsnsim.kernels.occlusion import joint_probabilities, normal_coverage, normal_table
-from wsnsim.kernels.sightlines import disc_masks
+from wsnsim.kernels.occlusion import normal_coverage, normal_table
+from wsnsim.kernels.sightlines import undisturbed
 from wsnsim.systems.scanline.measurement import project, variance
 from wsnsim.systems.scanline.regions import Rig
 from wsnsim.types import FloatArray, IntArray
@@ -29,17 +30,18 @@ Joint = Literal["subsets", "covering", "printed"]
 subset sums without the rescaling of Eq. 5, as printed, which may give probabilities below 0."""
 
 
-_PLACES = np.linspace(-6.0, 6.0, 12 * 512 + 1)
-"""Where `normal_table` gives the normal distribution function."""
-
-
 @cache
 def _table() -> FloatArray:
     return frozen(normal_table(), np.float64)
 
 
+@cache
+def _table_places() -> FloatArray:
+    return frozen(np.linspace(-6.0, 6.0, len(_table())), np.float64)
+
+
 def _normal(places: FloatArray) -> FloatArray:
-    return np.asarray(np.interp(places, _PLACES, _table()))
+    return np.asarray(np.interp(places, _table_places(), _table()))
 
 
 class Knowledge(Protocol):
@@ -95,10 +97,11 @@ class KnownPlaces:
         self, rig: Rig, points: FloatArray, masks: IntArray, seeing: int, blind: int, negligible: float
     ) -> FloatArray:
         """Return 1 or 0 for cylinders that are like walls, less for cameras that have missed the object."""
-        hidden = disc_masks(
-            frozen(points, np.float64), rig.rows, frozen(self.centres, np.float64), self.radius_m
-        )
-        visible = masks & ~hidden
+        asked = frozen(masks & (seeing | blind), np.int64)
+        centres = frozen(self.centres, np.float64)
+        visible = undisturbed(frozen(points, np.float64), asked, rig.rows, centres, self.radius_m)
+        if self.detected == 1.0:
+            return np.asarray(visible == seeing, dtype=np.float64)
         missed = sum((visible & blind) >> k & 1 for k in range(len(rig.cameras)))
         return consistent(visible, seeing) * (1.0 - self.detected) ** missed
 
@@ -124,7 +127,7 @@ class NormalPriors:
 
     def coverage(self, rig: Rig, points: FloatArray, masks: IntArray) -> FloatArray:
         """Return q (m, k, n), the probability that occluder k hides point m from camera n (Eq. 4)."""
-        return normal_coverage(
+        q = normal_coverage(
             frozen(points, np.float64),
             frozen(masks, np.int64),
             rig.rows,
@@ -133,13 +136,28 @@ class NormalPriors:
             self.radius_m,
             _table(),
         )
+        return q.transpose(0, 2, 1)
 
     def probabilities(
         self, rig: Rig, points: FloatArray, masks: IntArray, seeing: int, blind: int, negligible: float
     ) -> FloatArray:
         """Return p(η | x) by Eqs. 4 to 6."""
-        q = self.coverage(rig, points, masks)
-        return joint_probability(q, masks, seeing, blind, self.joint, self.detected, negligible)
+        result = normal_joint(
+            frozen(points, np.float64),
+            frozen(masks, np.int64),
+            rig.rows,
+            frozen(self.means, np.float64),
+            self._triangles,
+            self.radius_m,
+            _table(),
+            seeing,
+            blind,
+            self.detected,
+            self.joint == "covering",
+            self.joint != "printed",
+            negligible,
+        )
+        return _not_below_0(result, self.joint)
 
     @cached_property
     def _triangles(self) -> FloatArray:
@@ -169,7 +187,7 @@ class UniformPriors:
         """Return q (m, k, n): the share of polygon k in the rectangle round the line of sight."""
         starts = np.concatenate([[0], np.cumsum([len(polygon) for polygon in self.polygons])])
         corners = np.concatenate([np.empty((0, 2)), *self.polygons])
-        return polygon_coverage(
+        q = polygon_coverage(
             frozen(points, np.float64),
             frozen(masks, np.int64),
             rig.rows,
@@ -177,6 +195,7 @@ class UniformPriors:
             frozen(starts, np.int64),
             self.radius_m,
         )
+        return q.transpose(0, 2, 1)
 
     def probabilities(
         self, rig: Rig, points: FloatArray, masks: IntArray, seeing: int, blind: int, negligible: float
@@ -265,7 +284,7 @@ def joint_probability(
     (m,) - at least 0, but for `printed`
     """
     result = joint_probabilities(
-        frozen(q, np.float64),
+        frozen(q.transpose(0, 2, 1), np.float64),
         frozen(masks, np.int64),
         seeing,
         blind,
@@ -274,8 +293,12 @@ def joint_probability(
         joint != "printed",
         negligible,
     )
-    # subset sums cancel: what is below 0 is so by rounding
-    return np.maximum(result, 0.0) if joint == "subsets" else result
+    return _not_below_0(result, joint)
+
+
+def _not_below_0(probabilities: FloatArray, joint: Joint) -> FloatArray:
+    """Return p(η): subset sums cancel, and what is below 0 is so by rounding."""
+    return np.maximum(probabilities, 0.0) if joint == "subsets" else probabilities
 
 
 def printed_coverage(place: FloatArray, mean: FloatArray, sd: float, ratio: float, diameter: float) -> float:

@@ -1,7 +1,7 @@
 """Parameters of the scan-line system, as they stand under `system:` in a scenario."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeAlias
 
 from pydantic import Field, model_validator
 
@@ -18,13 +18,19 @@ from wsnsim.systems.scanline.choices import (
     VirtualOccluders,
     Walk,
 )
+from wsnsim.systems.scanline.rules import PixelFrontEnd
 from wsnsim.types import Seconds
 
 PUBLISHED: Mapping[str, Any] = {
     "tracker": {"kind": "printed", "joint": "printed"},
-    "walk": {"memory": 0.7},
+    "walk": {"memory": 0.7, "noise_sd_m": 0.066},
 }
 """What `preset: published` puts in where a key is not given: the printed forms."""
+FrontEndRules: TypeAlias = Annotated[MeasurementFrontEnd | PixelFrontEnd, Field(discriminator="kind")]
+
+TRACK_PERIODS = 2.0
+"""How long after a frame's deadline the base station waits for the track of a head that is a mote, in frame
+periods: one for the head's work, one for the way."""
 _WHOLE_LINES = ("hull", "scan_lines")
 """Priors that need whole scan lines."""
 
@@ -40,7 +46,7 @@ class ScanlineParams(SystemParams):
     unit_m: Annotated[float, Field(gt=0, le=1e6)] = Field(
         1.0, description="length that counts as one unit where figures stand beside the paper's [m]"
     )
-    front_end: MeasurementFrontEnd = Field(
+    front_end: FrontEndRules = Field(
         MeasurementFrontEnd(), description="how a camera comes to its measurement"
     )
     noise: Noise = Field(Noise(), description="errors of the measurements")
@@ -54,6 +60,9 @@ class ScanlineParams(SystemParams):
         "from which the head takes the rest; null: what the priors need",
     )
     jpeg_quality: int = Field(75, ge=1, le=95, description="of jpeg messages, as libjpeg counts [-]")
+    jpeg_part_bytes: int = Field(
+        1000, ge=64, le=60_000, description="of an image's file in one message at most [bytes]"
+    )
     priors: Priors = Field(NoPriors(), description="what is known of the moving occluders, and from where")
     head: Head = Field(BaseHead(), description="cluster head: the node that tracks")
     tracker: Tracker = Field(ParticleTracker(), description="the filter")
@@ -69,7 +78,7 @@ class ScanlineParams(SystemParams):
         ge=1e-3,
         le=3600,
         description="how long after a frame the head waits for reports; later ones count as not reported; "
-        "null: .9 frame periods [s]",
+        "null: .9 frame periods; 1.2 where the head is a mote, to which reports go up the tree and down [s]",
     )
 
     @model_validator(mode="before")
@@ -88,6 +97,16 @@ class ScanlineParams(SystemParams):
             )
         return self
 
+    @model_validator(mode="after")
+    def _images_are_looked_at(self) -> Self:
+        if self.message == "jpeg" and self.front_end.kind != "pixels":
+            raise ValueError(
+                f"front_end must be of kind pixels where message is jpeg, got {self.front_end.kind}"
+            )
+        if self.message == "jpeg" and self.virtual_occluders is not None:
+            raise ValueError("virtual_occluders must be null where message is jpeg: they are in no image")
+        return self
+
     @property
     def says_lines(self) -> bool:
         """Whether cameras send whole scan lines."""
@@ -101,11 +120,18 @@ class ScanlineParams(SystemParams):
     @property
     def looks_at_pixels(self) -> bool:
         """Whether anybody looks at an image."""
-        return self.message == "jpeg"
+        return isinstance(self.front_end, PixelFrontEnd)
 
     def deadline(self, rate_hz: float) -> Seconds:
         """Return how long after a frame the head waits [s], from the frame rate [Hz]."""
-        return 0.9 / rate_hz if self.deadline_s is None else self.deadline_s
+        if self.deadline_s is not None:
+            return self.deadline_s
+        return (0.9 if self.head.kind == "base" else 1.2) / rate_hz
+
+    def settle_s(self, rate_hz: float) -> Seconds:
+        """Return how long after a frame the base station waits for its estimate [s]."""
+        way_s = 0.0 if self.head.kind == "base" else TRACK_PERIODS / rate_hz
+        return self.deadline(rate_hz) + way_s
 
 
 def _filled_in(printed: Mapping[str, Any], given: Any) -> Any:

@@ -8,13 +8,12 @@ by one, so that the answer is exact. Left out: heights. A wall hides whatever is
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
 from wsnsim.geometry.polygons import half_planes, is_convex
 from wsnsim.kernels.jit import frozen
-from wsnsim.kernels.sightlines import sight_masks, table_masks
+from wsnsim.kernels.sightlines import free_of_walls, sight_masks, table_masks
 from wsnsim.systems.scanline.measurement import MeasurementNoise, ScanCamera, camera_rows
 from wsnsim.types import BoolArray, FloatArray, IntArray
 
@@ -70,12 +69,8 @@ class Room:
 
     def within(self, points: FloatArray, margin_m: float = 0.0) -> BoolArray:
         """Tell which points (m, 2) are in the room, and so far from its sides and walls at least, (m,)."""
-        free = ((points >= self.low + margin_m) & (points <= self.high - margin_m)).all(axis=1)
-        planes, starts = self.half_planes
-        beyond = points @ planes[:, :2].T - planes[:, 2]
-        for first, last in pairwise(starts):
-            free &= beyond[:, first:last].max(axis=1) >= margin_m
-        return np.asarray(free, dtype=np.bool_)
+        low, high = frozen(self.low, np.float64), frozen(self.high, np.float64)
+        return free_of_walls(frozen(points, np.float64), low, high, *self.half_planes, margin_m)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ class PixelFrontEnd(Section):
     """Scan lines from images: background subtraction, vertical sums, a threshold, blobs (Sec. 3)."""
 
     kind: Literal["pixels"] = Field(
-        description="pixels: from the rendered images by background subtraction, vertical sums and a threshold"
+        description="pixels: from the images, by background subtraction, vertical sums and a threshold"
     )
     foreground_sd: float = Field(
         4.5,
@@ -28,16 +28,30 @@ class PixelFrontEnd(Section):
     )
     gap_px: float = Field(2.0, ge=0, le=1000, description="blobs that are closer become one [px]")
     width_px: float = Field(2.0, ge=0, le=1000, description="narrower blobs are left out [px]")
+    colour_share: float = Field(
+        0.02,
+        ge=0,
+        le=1,
+        description="colours that less of the object than this has from any side are not taken for its own "
+        "[-]",
+    )
     colour_ratio: float = Field(
         0.5,
         gt=0,
         le=100,
-        description="a foreground pixel is the object's if its colour is at least so many times as frequent on "
+        description="a foreground pixel is the object's if its colour is so many times as frequent on "
         "the object as in the whole foreground [-]",
     )
+    object_share: float = Field(
+        0.5,
+        ge=0,
+        le=1,
+        description="share of a column's foreground that must have the object's colours for the column to be "
+        "the object's [-]",
+    )
     object_column_px: int = Field(
-        6, ge=1, le=10_000, description="pixels in the object's colours that make a column the object's [px]"
+        6, ge=1, le=10_000, description="such pixels that a column of the object must have [px]"
     )
     object_px: int = Field(
-        30, ge=1, le=1_000_000, description="pixels from which on the object counts as seen [px]"
+        30, ge=1, le=1_000_000, description="such pixels from which on the object counts as seen [px]"
     )

@@ -10,11 +10,12 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from wsnsim.errors import Problem, ScenarioError
+from wsnsim.geometry.rotations import IDENTITY
 from wsnsim.kernels.jit import frozen
 from wsnsim.kernels.sightlines import disc_masks
 from wsnsim.rng import RandomStreams
 from wsnsim.systems.base import Sensor, Site
-from wsnsim.systems.scanline.choices import KalmanPriors, VirtualOccluders
+from wsnsim.systems.scanline.choices import KalmanPriors, MeasurementFrontEnd, VirtualOccluders
 from wsnsim.systems.scanline.lines import LineOfSight
 from wsnsim.systems.scanline.measurement import displaced, measure
 from wsnsim.systems.scanline.params import ScanlineParams
@@ -22,6 +23,7 @@ from wsnsim.systems.scanline.reading import Measured, OccluderPlaces, Reading
 from wsnsim.systems.scanline.stage import Stage, stage_of
 from wsnsim.types import FloatArray, NodeId, Seconds
 from wsnsim.world.crowd import Crowd
+from wsnsim.world.motion import TimedPath, interpolate
 from wsnsim.world.world import World
 
 _MOST_SHARE = 1.25
@@ -95,7 +97,8 @@ class ScanSensor:
         self._camera = stage.rig.cameras[number]
         self._name = stage.names[number]
         self._line = LineOfSight(self._camera, stage.rig.room)
-        self._white = params.front_end.pose_error == "white"
+        front_end = params.front_end
+        self._white = not (isinstance(front_end, MeasurementFrontEnd) and front_end.pose_error == "bias")
         self._real = self._camera
         if not self._white:
             generator = streams.stream("scanline.pose", self._name)
@@ -164,8 +167,17 @@ def make_sensors(params: ScanlineParams, site: Site, world: World) -> Mapping[No
 
 
 def _people(world: World) -> Occluders:
+    paths = [person.motion for person in world.people]
+    first = paths[0] if paths else None
+    if isinstance(first, TimedPath) and all(
+        isinstance(path, TimedPath) and path.times is first.times for path in paths
+    ):
+        # a crowd reaches its places at the same times: one look for all of it
+        points = np.stack([path.points[:, :2] for path in paths if isinstance(path, TimedPath)], axis=1)
+        return lambda time: interpolate(first.times, points, time, IDENTITY).position
+
     def places(time: Seconds) -> FloatArray:
-        return np.array([person.motion.at(time).position[:2] for person in world.people]).reshape(-1, 2)
+        return np.array([path.at(time).position[:2] for path in paths]).reshape(-1, 2)
 
     return places
 

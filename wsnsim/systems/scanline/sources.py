@@ -1,8 +1,8 @@
 """What the cluster head makes of all it has heard of the occluders: knowledge for one step of the filter."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Protocol
+from dataclasses import dataclass, field, replace
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -31,7 +31,7 @@ from wsnsim.systems.scanline.occlusion import (
 from wsnsim.systems.scanline.params import ScanlineParams
 from wsnsim.systems.scanline.priors import CONSISTENT_Q, stationary
 from wsnsim.systems.scanline.stage import Stage, largest_sd_m
-from wsnsim.types import FloatArray
+from wsnsim.types import FloatArray, IntArray
 
 _KALMAN_FLOATS = 60.0
 """Of one occluder's filter and step: prediction 14, gain and update 46."""
@@ -57,6 +57,16 @@ class Heard:
     values_px: Mapping[int, float] = field(default_factory=dict)
     blobs: Mapping[int, FloatArray] = field(default_factory=dict)
     places: Mapping[int, FloatArray] = field(default_factory=dict)
+
+    def with_line(self, number: int, value_px: float, blobs: FloatArray | None) -> Self:
+        """Return this and what a camera said of its scan line; None: nothing of blobs."""
+        lines = self.blobs if blobs is None else {**self.blobs, number: blobs}
+        return replace(self, values_px={**self.values_px, number: value_px}, blobs=lines)
+
+    def with_places(self, ids: IntArray, places: FloatArray) -> Self:
+        """Return this and the places (k, 2) of some occluders (k,)."""
+        named = {int(each): place for each, place in zip(ids, places, strict=True)}
+        return replace(self, places={**self.places, **named})
 
     def report(self, cameras: int) -> Report:
         """Return what so many cameras said of the object."""

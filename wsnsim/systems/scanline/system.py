@@ -1,9 +1,12 @@
 """The scan-line system as the simulator sees it."""
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from wsnsim.errors import Problem, ScenarioError
+from wsnsim.messages.image_part import ImagePartPayload
 from wsnsim.messages.scanline import (
     EnergyPayload,
     HandoverPayload,
@@ -13,6 +16,7 @@ from wsnsim.messages.scanline import (
     TrackPayload,
 )
 from wsnsim.systems.base import Program, Role, Sensor, Site, System
+from wsnsim.systems.scanline.choices import NodeHead
 from wsnsim.systems.scanline.params import ScanlineParams
 from wsnsim.types import NodeId, Seconds
 
@@ -28,8 +32,29 @@ def _stage(params: ScanlineParams, site: Site) -> "Stage":
     return stage_of(params, site)
 
 
+def _check_head(params: ScanlineParams, site: Site) -> None:
+    """Make sure that the head exists.
+
+    Raises
+    ------
+    ScenarioError : a name that is no mote's
+    """
+    head = params.head
+    if not isinstance(head, NodeHead) or head.id in site.motes:
+        return
+    near = get_close_matches(head.id, site.motes, n=1)
+    hint = f'did you mean "{near[0]}"?' if near else "for the base station write head: {kind: base}"
+    raise ScenarioError([Problem("system.head.id", f"must be the name of a mote, got {head.id!r}; {hint}")])
+
+
 def make_program(params: ScanlineParams, site: Site, node: NodeId, role: Role) -> Program:
-    """Return what runs on `node`."""
+    """Return what runs on `node`.
+
+    Raises
+    ------
+    ScenarioError : the deployment is none for this system, or the head is no mote
+    """
+    _check_head(params, site)
     # compiled kernels come in with the tracker: a scenario is checked without them
     from wsnsim.systems.scanline.programs import NodeProgram
 
@@ -43,7 +68,7 @@ def _sensors(params: ScanlineParams, site: Site, world: "World") -> Mapping[Node
 
 
 def _settle_s(params: ScanlineParams, rate_hz: float) -> Seconds:
-    return params.deadline(rate_hz)
+    return params.settle_s(rate_hz)
 
 
 SYSTEM = System(
@@ -58,6 +83,7 @@ SYSTEM = System(
         EnergyPayload,
         HeadPayload,
         HandoverPayload,
+        ImagePartPayload,
     ),
     program=make_program,
     settle_s=_settle_s,
