@@ -1,4 +1,4 @@
-"""Virtual occluders on a recorded path (Ercan et al. 2007, Sec. 6) delete measurements and change no other."""
+"""Virtual occluders on a recorded path (Ercan et al. 2007, Sec. 6): they delete measurements."""
 
 import numpy as np
 import pytest

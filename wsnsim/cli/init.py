@@ -10,7 +10,7 @@ import click
 from wsnsim.errors import OutputFolderError
 
 SCENARIO, SCHEMA = "scenario.yaml", "wsnsim.schema.json"
-_STARTERS = {"cameras": "scenario.yaml", "traffic": "traffic.yaml"}
+_STARTERS = {"cameras": "scenario.yaml", "scanline": "scanline.yaml", "traffic": "traffic.yaml"}
 """Files among the assets, by the name of the template."""
 _NAMED = "name: starter\n"
 _NAME = re.compile(r"\w[\w.-]*")
@@ -24,7 +24,8 @@ _PLAIN = re.compile(r"[^\W\d][\w-]*")
     type=click.Choice(list(_STARTERS)),
     default="cameras",
     show_default=True,
-    help="cameras: four that follow a target; traffic: a network without cameras.",
+    help="cameras: four that follow a target; scanline: six that follow one among people who hide it; "
+    "traffic: a network without cameras.",
 )
 def command(folder: Path, template: str) -> None:
     """Make FOLDER with a commented scenario that runs, and its schema for editors.
