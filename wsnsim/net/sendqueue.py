@@ -12,7 +12,6 @@ longest, or one at random (Mankin, Ramakrishnan, RFC 1254, sec. 2.2: random
 drop); never the frame that the MAC has in hand.
 """
 
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
@@ -115,10 +114,11 @@ class SendQueue:
         self._budget = budget
         self._held: Call | None = None
         self._held_since_ns: Nanoseconds = 0
-        self._frames: deque[Parcel] = deque()
-        self._outbox: deque[Flight] = deque()
-        self._unsent: deque[Parcel] = deque()
-        self._control: deque[Control] = deque()
+        # Few wait at a node, and nodes are many: an empty deque takes ten times the memory of a list.
+        self._frames: list[Parcel] = []
+        self._outbox: list[Flight] = []
+        self._unsent: list[Parcel] = []
+        self._control: list[Control] = []
         self._own_queued = False
         self._serving = self._asked = False
         self._in_hand: Parcel | Control | None = None
@@ -130,7 +130,7 @@ class SendQueue:
         self._purge()
         if len(self._outbox) >= self._config.outbox_datagrams:
             begun = 1 if self._own_queued else 0
-            victim = self._victim(list(self._outbox)[begun:])
+            victim = self._victim(self._outbox[begun:])
             if victim is None:
                 self._sender.given_up(flight, Outcome.QUEUE)
                 _tell(flight)
@@ -199,7 +199,7 @@ class SendQueue:
         if not self._own_queued and len(self._frames) < self._config.queue_frames and self._outbox:
             if not self._unsent:
                 self._unsent.extend(self._sender.cut(self._outbox[0]))
-            self._frames.append(self._unsent.popleft())
+            self._frames.append(self._unsent.pop(0))
             self._own_queued = True
         if self._in_hand is not None or not self._mac.idle:
             return
@@ -258,7 +258,7 @@ class SendQueue:
 
     def _submit_control(self) -> bool:
         while self._control:
-            frame = self._control.popleft()
+            frame = self._control.pop(0)
             written = frame.write()
             if written is not None:
                 payload, destination = written
@@ -274,7 +274,7 @@ class SendQueue:
             if outcome is not None:
                 self._unsent.clear()
             if not self._unsent:
-                self._outbox.popleft()
+                del self._outbox[0]
                 self._sender.let_go(parcel.flight, outcome)
                 _tell(parcel.flight)
 
@@ -291,12 +291,10 @@ class SendQueue:
 
     def _purge(self) -> None:
         """Drop own datagrams that expired in the outbox; one with a frame in the queue goes with that."""
-        if not self._outbox:
-            return
-        first = self._outbox[0] if self._own_queued else None
-        expired = [flight for flight in self._outbox if flight is not first and self._expired(flight)]
-        for flight in expired:
-            self._give_up(flight, Outcome.EXPIRED)
+        begun = 1 if self._own_queued else 0
+        for flight in self._outbox[begun:]:
+            if self._expired(flight):
+                self._give_up(flight, Outcome.EXPIRED)
 
     def _give_up(self, flight: Flight, outcome: Outcome) -> None:
         if flight is self._outbox[0] and not self._own_queued:
