@@ -1,5 +1,5 @@
 # Two commands: `make run` installs and runs the demo scenario, `make test` runs everything CI runs.
-# `make reports` makes the published reports again.
+# `make reports` makes the published reports again, `make scanline-report` one of them.
 # They use uv where it is on the PATH, else venv and pip.
 
 PYTHON ?= python3
@@ -7,7 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 UV := $(shell command -v uv 2>/dev/null)
 
-.PHONY: run test clean picture reports network-report
+.PHONY: run test clean picture reports multiview-report scanline-report network-report
 
 run: $(VENV)/.installed
 	$(BIN)/wsnsim run scenarios/quickstart.yaml --out runs/quickstart --force
@@ -55,15 +55,28 @@ else
 endif
 	@touch $@
 
+# The pages of the published systems (hours).
+reports: multiview-report scanline-report
+
 # The studies behind reports/multiview.md (hours; what runs/ has of them is not run again), then the page,
 # its figures and its table of all runs.
-STUDIES := variants factors radio deployments
+MULTIVIEW_STUDIES := variants factors radio deployments
 
-reports: $(VENV)/.installed-reports
-	for study in $(STUDIES); do \
+multiview-report: $(VENV)/.installed-reports
+	for study in $(MULTIVIEW_STUDIES); do \
 		$(BIN)/wsnsim sweep scenarios/studies/multiview_$$study.yaml --out runs/multiview-$$study || exit 1; \
 	done
 	$(BIN)/python -m wsnsim.claims --runs runs --out reports
+
+# The same for reports/scanline.md (an hour), with the CPU times of the tracker's step.
+SCANLINE_STUDIES := cameras priors tradeoff occluders trackers hull lab radio
+
+scanline-report: $(VENV)/.installed-reports
+	for study in $(SCANLINE_STUDIES); do \
+		$(BIN)/wsnsim sweep scenarios/studies/scanline_$$study.yaml --out runs/scanline-$$study || exit 1; \
+	done
+	$(BIN)/wsnsim bench scanline --json > runs/scanline-bench.json
+	$(BIN)/python -m wsnsim.claims scanline --runs runs --out reports
 
 # The network beside theory, a Monte Carlo and ns-3 (a few minutes): reports/network.md and .csv. DATA names the
 # folder of public traces, whose section is left out without them.

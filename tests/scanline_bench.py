@@ -66,6 +66,7 @@ class Setup:
     noise_sd: float = 0.4
     memory: float = 0.3
     joint: str = "subsets"
+    exponent: float = 1.0
     wide: bool = False
     margin_px: float = 7.0
 
@@ -166,7 +167,13 @@ class Source:
         else:
             self.tracks = self.sensor.step(self.generator, self.tracks, occluders)
         self.squares.append(((self.tracks.places - occluders) ** 2).sum(axis=1).mean())
-        return NormalPriors(self.tracks.places, self.tracks.covs, self.radius, self.setup.joint)
+        return NormalPriors(
+            self.tracks.places,
+            self.tracks.covs,
+            self.radius,
+            self.setup.joint,
+            exponent=self.setup.exponent,
+        )
 
     def scanlines(self, truth, occluders, z):
         return ScanLines(self.blobs(occluders), self.radius if self.setup.wide else 0.0)

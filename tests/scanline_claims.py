@@ -8,6 +8,7 @@ import pandas as pd
 
 from wsnsim.claims.results import Results
 from wsnsim.claims.scanline.evidence import (
+    CAMERAS,
     CROWDS,
     INCH_M,
     LAB_CAMERAS,
@@ -26,30 +27,33 @@ SEEDS = (0, 1, 2)
 STEPS = 100
 SPREAD = 0.01
 """Of the errors of a cell's runs, as a share."""
-OCCLUDERS = Occluders(dict(zip(SDS, (1.0, 1.7, 3.0, 5.2, 8.9), strict=True)), 30.0)
+OCCLUDERS = Occluders(dict(zip(SDS, (1.7, 3.0, 5.2, 8.9), strict=True)), 30.0)
 
-_CURVE = (3.05, 3.1, 3.3, 3.8, 4.5)
+_CURVE = (3.1, 3.3, 3.8, 4.5)
+_NONE = (1.02, 2.0, 3.0, 6.0, 10.0, 13.0, 15.0)
+_PERFECT = (1.0, 1.5, 2.0, 3.0, 5.0, 6.0, 12.0)
 AS_CLAIMED = {
-    **{f"cameras/N{n}-{prior}": 20.0 / n * share for n in range(2, 9) for prior, share in
+    **{f"cameras/N{n}-{prior}": 20.0 / n * share for n in CAMERAS for prior, share in
        (("none", 1.9), ("kalman", 1.2), ("perfect", 1.0))},
     **{f"priors/kalman-{sd}": rmse for sd, rmse in zip(SDS, _CURVE, strict=True)},
     "priors/none": 6.0, "priors/perfect": 3.0, "priors/stationary": 4.0, "priors/scan_lines": 3.5,
-    "priors/none-published": 6.0, "priors/kalman-8-published": 3.8, "priors/perfect-published": 3.0,
+    "priors/none-published": 6.0, "priors/perfect-published": 3.0,
     "tradeoff/N3-none": 9.0, "tradeoff/N3-perfect": 7.0, "tradeoff/N5-none": 2.5, "tradeoff/N5-perfect": 2.0,
     "tradeoff/N6-none": 2.0, "tradeoff/N6-perfect": 1.5, "tradeoff/N8-none": 1.4, "tradeoff/N8-perfect": 1.0,
-    **dict(zip((f"occluders/M{m}-none" for m in CROWDS if m != 40), (1.02, 1.3, 2, 3, 10, 13, 15), strict=True)),
-    **dict(zip((f"occluders/M{m}-perfect" for m in CROWDS if m != 40), (1, 1.1, 1.5, 2, 5, 6, 12), strict=True)),
+    **dict(zip((f"occluders/M{m}-none" for m in CROWDS), _NONE, strict=True)),
+    **dict(zip((f"occluders/M{m}-perfect" for m in CROWDS), _PERFECT, strict=True)),
     "hull/M10-ellipses": 1.3, "hull/M40-ellipses": 3.0,
     **{f"lab/N{n}-{prior}": 100.0 / n * share for n in LAB_CAMERAS for prior, share in
        (("none", 1.8), ("kalman", 1.3), ("perfect", 1.0))},
+    "trackers/auxiliary-none": 6.0,
     "trackers/extended": 20.0, "trackers/unscented": 20.0, "trackers/map": 20.0,
     "radio/kalman": 1.45, "radio/jpeg": 20.0,
 }  # fmt: skip
 THE_OPPOSITE = {
-    **{f"cameras/N{n}-{prior}": 20.0 / n * share for n in range(2, 9) for prior, share in
+    **{f"cameras/N{n}-{prior}": 20.0 / n * share for n in CAMERAS for prior, share in
        (("none", 1.0), ("kalman", 1.2), ("perfect", 1.5))},
     **{f"priors/{cell}": 2.0 for cell in ("none", "perfect", *(f"kalman-{sd}" for sd in SDS))},
-    **{f"priors/{cell}-published": 2.0 for cell in ("none", "perfect", "kalman-8")},
+    **{f"priors/{cell}-published": 2.0 for cell in ("none", "perfect")},
     "priors/stationary": 5.0, "priors/scan_lines": 5.0,
     "tradeoff/N3-perfect": 2.0, "tradeoff/N5-none": 5.0, "tradeoff/N8-none": 5.0,
     "occluders/M1-none": 2.0, "occluders/M1-perfect": 1.0, "occluders/M120-none": 3.0,
@@ -57,19 +61,21 @@ THE_OPPOSITE = {
     "hull/M10-ellipses": 4.5, "hull/M40-ellipses": 0.7,
     **{f"lab/N{n}-{prior}": 100.0 / n * share for n in LAB_CAMERAS for prior, share in
        (("none", 1.0), ("kalman", 1.2), ("perfect", 1.5))},
-    "trackers/extended": 2.0, "trackers/unscented": 2.0, "trackers/map": 2.0,
+    "trackers/auxiliary-none": 2.0, "trackers/extended": 2.0, "trackers/unscented": 2.0, "trackers/map": 2.0,
     "radio/kalman": 0.5,
 }  # fmt: skip
 COSTS_AS_CLAIMED = {
     "bearing": (32.0, 0.5, 0.001, 0.998), "stationary": (32.0, 0.5, 0.001, 0.998),
     "kalman": (300.0, 0.501, 0.004, 0.95), "perfect": (300.0, 0.501, 0.004, 0.95),
     "scan_line": (36.0, 0.5, 0.00115, 0.99), "jpeg": (300_000.0, 0.6, 0.01, 0.0),
+    "jpeg-alone": (40_000.0, 0.6, 0.1, 1.0),
 }  # fmt: skip
 """Bytes a step, joules of all motes a step, joules of sending of a camera a frame, share heard in time."""
 COSTS_OPPOSITE = {
     "bearing": (32.0, 0.5, 0.01, 0.8), "stationary": (32.0, 0.5, 0.01, 0.8),
     "kalman": (32.0, 1.0, 0.01, 0.8), "perfect": (32.0, 1.0, 0.01, 0.8),
     "scan_line": (320.0, 1.0, 0.2, 0.8), "jpeg": (320.0, 0.5, 0.01, 1.0),
+    "jpeg-alone": (320.0, 0.5, 0.01, 1.0),
 }  # fmt: skip
 FAST = Speed({("none", 2): 1e-3, ("none", 8): 2e-3, ("kalman", 2): 3e-3, ("kalman", 8): 9e-3,
               ("perfect", 2): 1e-3, ("perfect", 8): 3e-3})  # fmt: skip

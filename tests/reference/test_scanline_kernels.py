@@ -1,5 +1,6 @@
 """Sight lines, coverage and joint probabilities against plain twins, enumeration and sampling."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -170,6 +171,21 @@ def test_at_once_is_one_after_the_other(test_seed, joint, detected):
             np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-13)
         assert (found == 0.0).any()
         assert (found > 0.01).any()
+
+
+def test_an_exponent_of_p(test_seed):
+    generator = np.random.default_rng(test_seed + 25)
+    rig = a_rig(generator, 6, ())
+    points, means = generator.uniform(0.0, 100.0, (200, 2)), generator.uniform(0.0, 100.0, (25, 2))
+    priors = NormalPriors(means, equal_covs(generator, 25), 1.67)
+    masks = masks_of(generator, 200, 6)
+    whole = priors.probabilities(rig, points, masks, 0b000001, 0b101110, 0.0)
+    half = replace(priors, exponent=0.5)
+    np.testing.assert_allclose(half.probabilities(rig, points, masks, 1, 0b101110, 0.0), whole**0.5)
+    # what is left out is at most what may be
+    found = half.probabilities(rig, points, masks, 1, 0b101110, 0.3)
+    assert (whole[found == 0.0] ** 0.5 <= 0.3).all()
+    np.testing.assert_allclose(found[found > 0.0], whole[found > 0.0] ** 0.5)
 
 
 def test_many_blind_cameras_cost_a_bounded_time(test_seed):

@@ -1,4 +1,4 @@
-"""Planted results of the scan-line studies: one in which every claim is true, and one in which each is false."""
+"""Planted results of the scan-line studies: all claims true in one, all false in the other."""
 
 import json
 import runpy
@@ -10,14 +10,16 @@ import pytest
 from wsnsim.claims.record import record_text
 from wsnsim.claims.rules import Verdict, judged
 from wsnsim.claims.scanline.claims import CLAIMS
-from wsnsim.claims.scanline.evidence import DEFAULT, FIGURES, PUBLISHED, STUDIES, axis
+from wsnsim.claims.scanline.evidence import DEFAULT, FIGURES, PRIOR_STUDY, PUBLISHED, STUDIES, UNIT_M, axis
 from wsnsim.claims.scanline.measures import crossing, crossing_of, energy_a_frame, gain_from_crossing, needed
+from wsnsim.claims.scanline.occluders import filter_rmse, unknown_rmse
 from wsnsim.claims.scanline.page import FIGURES as DRAWN
 from wsnsim.claims.scanline.page import page
 from wsnsim.claims.scanline.speed import read_speed
 from wsnsim.errors import OutputError
 from wsnsim.metrics.figures import SUMMARY_KEYS
 from wsnsim.sweeps.study import load_study
+from wsnsim.systems.scanline.priors import VirtualSensor
 
 BENCH = runpy.run_path(str(Path(__file__).parents[1] / "scanline_claims.py"))
 ROOT = Path(__file__).parents[2]
@@ -143,5 +145,19 @@ def test_cpu_times_are_read_as_the_bench_prints_them(tmp_path: Path) -> None:
     assert speed.growth("none", 2, 8) is None
     for text in ("[]", "{}", '[{"what": "a step, magic", "setup": "N = 2", "cpu_ms": 1}]', "not json"):
         file.write_text(text)
-        with pytest.raises(OutputError, match="must h|must be"):
+        with pytest.raises(OutputError, match=r"must h|must be"):
             read_speed(file)
+
+
+def test_the_filters_of_the_priors_err_as_they_say_themselves() -> None:
+    """The acceleration that the filters reckon with fits the crowd: their error is the Riccati equation's."""
+    runs = load_study(ROOT / PRIOR_STUDY.file, ("duration_s=26.7",)).runs
+    loaded = next(run.loaded for run in runs if run.cell.name == "kalman-8")
+    units = filter_rmse(loaded, steps=200) / UNIT_M
+    assert units == pytest.approx(VirtualSensor(8.0).rmse_m, rel=0.1)
+
+
+def test_who_is_said_to_be_in_the_middle_is_elsewhere() -> None:
+    """Between waypoints walkers are nearer to the middle than at uniform places, 100 / √6 units off."""
+    loaded = load_study(ROOT / PRIOR_STUDY.file, ("duration_s=26.7",)).runs[0].loaded
+    assert 25.0 < unknown_rmse(loaded, steps=200) / UNIT_M < 100.0 / np.sqrt(6.0)

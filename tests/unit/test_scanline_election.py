@@ -259,3 +259,16 @@ def test_occluders_places_change_heads_too(room):
     }
     assert where <= {"c1"}
     assert np.mean([error for step, error in post.errors_m().items() if step > 3]) < 0.3
+
+
+def test_until_the_new_head_is_heard_the_base_station_reckons_from_what_it_believed_as_head(room):
+    def lost(said):
+        return isinstance(said.payload, HeadPayload | HandoverPayload) and said.to == "c1" and said.at < 1.5
+
+    post = POST["Post"](room, ELECTED, lost)
+    post.run()
+    assert sorted(post.errors_m()) == list(range(1, 31))
+    gap = range(FIRST, min(step for step, _ in tracks(post)))
+    reckoned = [e for _, e, _ in post.told if e.basis.value == "timed_out"]
+    assert [round(estimate.time * RATE_HZ) for estimate in reckoned] == list(gap)
+    assert post.errors_m()[FIRST] < 0.5

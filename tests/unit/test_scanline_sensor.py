@@ -74,7 +74,7 @@ def test_errors_are_those_of_eq_2():
 
 
 def test_a_bias_stays_for_the_run_and_is_another_with_another_seed():
-    keys = {"front_end": {"pose_error": "bias"}, "noise": {"read_sd_px": 0.001}}
+    keys = {"front_end": {"kind": "measurement", "pose_error": "bias"}, "noise": {"read_sd_px": 0.001}}
     first, second = readings(keys, steps=20), readings(keys, steps=20, seed=1)
     assert (np.ptp(first, axis=0) < 0.01).all()
     assert (abs(first[0] - second[0]) > 0.1).all()

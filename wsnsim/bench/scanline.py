@@ -31,6 +31,7 @@ from wsnsim.systems.scanline.occlusion import (
 )
 from wsnsim.systems.scanline.priors import PUBLISHED_Q, VirtualSensor
 from wsnsim.systems.scanline.regions import Rig, Room
+from wsnsim.types import FloatArray
 from wsnsim.world.crowd import Crowd
 
 PARTICLES, TURNS, STEPS, FEW = 1000, 7, 60, 20
@@ -55,12 +56,25 @@ class Moment:
     ----------
     state : of the tracker after the frame before
     report : of the cameras
-    known : of the occluders, by the kind of knowledge
+    occluders : (k, 2) - where they are [m]
+    priors : what a Kalman filter of each knows
     """
 
     state: Tracked
     report: Report
-    known: Mapping[str, Knowledge]
+    occluders: FloatArray
+    priors: NormalPriors
+
+    @property
+    def places(self) -> FloatArray:
+        """Of the particles (m, 2) [m]."""
+        return self.state.particles.states.places
+
+    def known(self, kind: str) -> Knowledge:
+        """Return what is known of the occluders."""
+        if kind == NONE:
+            return NoKnowledge()
+        return self.priors if kind == NORMAL else KnownPlaces(self.occluders, 0.5 * DIAMETER_M)
 
 
 def bench_scanline(*, quick: bool = False, said: Callable[[str], None] = lambda text: None) -> list[Measure]:
@@ -131,43 +145,35 @@ def _steps(
 def _parts(tracker: Tracker, moments: list[Moment], turns: int) -> list[Measure]:
     """Time what a step with Gaussian priors is made of; all but the resampling and the motion come twice."""
     rig, walk = tracker.rig, tracker.walk
-    generator = RandomStreams(0).stream("bench-parts")
-    masks, q, priors, likelihoods_ = [], [], [], []
-    for moment in moments:
-        known = moment.known[NORMAL]
-        assert isinstance(known, NormalPriors)
-        points = moment.state.particles.states.places
-        priors.append(known)
-        likelihoods_.append(Likelihood(rig, moment.report, known))
-        masks.append(rig.masks(points))
-        q.append(known.coverage(rig, points, masks[-1]))
-    numbers = range(len(moments))
+    generator, negligible = RandomStreams(0).stream("bench-parts"), tracker.params.visibility_floor
+    masks = [rig.masks(moment.places) for moment in moments]
+    q = [
+        moment.priors.coverage(rig, moment.places, mask) for moment, mask in zip(moments, masks, strict=True)
+    ]
+    explained = [Likelihood(rig, moment.report, moment.priors) for moment in moments]
 
-    def places(k: int) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-        return moments[k].state.particles.states.places
-
-    def each(function: Callable[[int], object]) -> Callable[[], object]:
-        return lambda: [function(k) for k in numbers]
+    def each(function: Callable[[int, Moment], object]) -> Callable[[], object]:
+        return lambda: [function(k, moment) for k, moment in enumerate(moments)]
 
     functions = {
-        "masks by the table of regions": each(lambda k: rig.masks(places(k))),
-        "normal part": each(lambda k: likelihoods_[k].log_normal(places(k))),
-        "coverage, Eq. 4": each(lambda k: priors[k].coverage(rig, places(k), masks[k])),
+        "masks by the table of regions": each(lambda k, m: rig.masks(m.places)),
+        "normal part": each(lambda k, m: explained[k].log_normal(m.places)),
+        "coverage, Eq. 4": each(lambda k, m: m.priors.coverage(rig, m.places, masks[k])),
         "joint probability, Eqs. 5 and 6": each(
-            lambda k: joint_probability(
-                q[k], masks[k], moments[k].report.seeing, moments[k].report.blind, negligible=1e-3
+            lambda k, m: joint_probability(
+                q[k], masks[k], m.report.seeing, m.report.blind, negligible=negligible
             )
         ),
         "both at once, as in a step": each(
-            lambda k: priors[k].probabilities(
-                rig, places(k), masks[k], moments[k].report.seeing, moments[k].report.blind, 1e-3
+            lambda k, m: m.priors.probabilities(
+                rig, m.places, masks[k], m.report.seeing, m.report.blind, negligible
             )
         ),
-        "resampling": each(lambda k: systematic(generator, moments[k].state.particles.weights)),
+        "resampling": each(lambda k, m: systematic(generator, m.state.particles.weights)),
         "motion, expected and drawn": each(
-            lambda k: (
-                walk.expected(moments[k].state.particles.states),
-                walk.propagate(generator, moments[k].state.particles.states),
+            lambda k, m: (
+                walk.expected(m.state.particles.states),
+                walk.propagate(generator, m.state.particles.states),
             )
         ),
     }
@@ -215,34 +221,31 @@ def _moments(tracker: Tracker, steps: int) -> list[Moment]:
         values = np.array([measure(camera, truth, rig.noise, generator) for camera in rig.cameras])
         values[[not allowed >> k & 1 for k in range(len(values))]] = np.nan
         tracks = sensor.step(generator, tracks, occluders)
-        known: dict[str, Knowledge] = {
-            NONE: NoKnowledge(),
-            NORMAL: NormalPriors(tracks.places, tracks.covs, 0.5 * DIAMETER_M),
-            KNOWN: KnownPlaces(occluders, 0.5 * DIAMETER_M),
-        }
-        moments.append(Moment(state, report(values), known))
-        state = tracker.step(generator, state, report(values), known[KNOWN])
+        priors = NormalPriors(tracks.places, tracks.covs, 0.5 * DIAMETER_M)
+        moment = Moment(state, report(values), occluders, priors)
+        state = tracker.step(generator, state, moment.report, moment.known(KNOWN))
+        moments.append(moment)
     return moments[-_TIMED:]
 
 
 def _step_all(tracker: Tracker, moments: list[Moment], kind: str) -> None:
     generator = RandomStreams(0).stream("bench-steps")
     for moment in moments:
-        tracker.step(generator, moment.state, moment.report, moment.known[kind])
+        tracker.step(generator, moment.state, moment.report, moment.known(kind))
 
 
 def _twin_all(tracker: Tracker, moments: list[Moment], few: int) -> None:
     """Evaluate the likelihoods of both stages for a few particles."""
     for moment in moments:
-        places = moment.state.particles.states.places[:few]
+        places = moment.places[:few]
         for _ in range(2):
-            likelihoods(Likelihood(tracker.rig, moment.report, moment.known[NORMAL]), places)
+            likelihoods(Likelihood(tracker.rig, moment.report, moment.priors), places)
 
 
 def _deviation(tracker: Tracker, moment: Moment, few: int) -> float:
     """Return by how much the log likelihoods of a few particles differ from the twin's, where they matter."""
-    likelihood = Likelihood(tracker.rig, moment.report, moment.known[NORMAL])
-    places = moment.state.particles.states.places[:few]
+    likelihood = Likelihood(tracker.rig, moment.report, moment.priors)
+    places = moment.places[:few]
     found, expected = likelihood.log_density(places), np.array(likelihoods(likelihood, places))
     matter = expected > expected.max() - 35.0
     return float(np.abs(found[matter] - expected[matter]).max())

@@ -20,6 +20,8 @@ _UNSEEN = -32_768
 _WIDEST = 1.25
 """Noise may put the object a little beside the end of a scan line."""
 _LINE_QUANTUM = _WIDEST / 32_767.0
+MOST_BLOBS = 255
+"""In a scan line, whose number one byte tells."""
 _ROOM = 65_535.0
 _OCCLUDER = np.dtype([("id", "<u2"), ("place", "<u2", 2)])
 _MOST_IDS = 65_536
@@ -76,8 +78,8 @@ class ScanLinePayload:
         )
         if self.blobs is None:
             return data
-        if len(self.blobs) > 255:
-            raise EncodeError(f"scan_line: must have at most 255 blobs, got {len(self.blobs)}")
+        if len(self.blobs) > MOST_BLOBS:
+            raise EncodeError(f"scan_line: must have at most {MOST_BLOBS} blobs, got {len(self.blobs)}")
         return data + bytes([len(self.blobs)]) + _packed_line(self.blobs.ravel())
 
     @classmethod

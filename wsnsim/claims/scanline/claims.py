@@ -5,6 +5,7 @@ from itertools import pairwise
 
 from wsnsim.claims.rules import Band, Claim, Part
 from wsnsim.claims.scanline.evidence import (
+    ALONE,
     BYTES,
     CAMERAS,
     HEARD,
@@ -246,7 +247,7 @@ CLAIMS: tuple[ScanlineClaim, ...] = (
             _part(
                 f"error of {kind} over the particle filter's",
                 Band(low=POOR),
-                ratio(tracked(kind), known(NONE)),
+                ratio(tracked(kind), tracked(f"auxiliary-{NONE}")),
             )
             for kind in ("extended", "unscented", "map")
         ),
@@ -279,9 +280,9 @@ CLAIMS: tuple[ScanlineClaim, ...] = (
         "Sec. 1",
         (
             _part(
-                "radio energy of a camera, sending, of JPEG over bearings",
+                "radio energy of a camera, sending, of a whole JPEG frame over a bearing",
                 Band(low=5.0),
-                energy_ratio("jpeg", "bearing", _RADIO_TX),
+                energy_ratio(ALONE, "bearing", _RADIO_TX),
             ),
             _part("JPEG frames heard in time", Band(high=0.5), mean(on_air("jpeg"), HEARD), percent),
             _part("bearings heard in time", Band(low=0.99), mean(on_air("bearing"), HEARD), percent),

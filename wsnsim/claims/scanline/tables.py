@@ -6,6 +6,7 @@ from wsnsim.claims.markdown import NONE as NOTHING
 from wsnsim.claims.markdown import mean_text, ratio_text, table
 from wsnsim.claims.scanline.claims import known, tracked
 from wsnsim.claims.scanline.evidence import (
+    ALONE,
     BEYOND,
     BYTES,
     CAMERAS,
@@ -22,11 +23,11 @@ from wsnsim.claims.scanline.evidence import (
     LATE,
     NONE,
     ON_AIR,
+    PARTICLE_TRACKERS,
     PERFECT,
     PRIORS,
     RADIO_CELLS,
     SDS,
-    SINGLE_STAGE,
     TRADED,
     Evidence,
     Place,
@@ -38,6 +39,7 @@ from wsnsim.report.wording import count, number, percent
 
 _PER_AXIS = "per axis"
 _TRACKERS = {
+    "auxiliary": "particles, auxiliary",
     "extended": "extended Kalman",
     "unscented": "unscented Kalman",
     "map": "maximum a posteriori, Kalman",
@@ -109,10 +111,10 @@ def priors(evidence: Evidence) -> str:
 def trackers(evidence: Evidence) -> str:
     """Return the errors of the other trackers, with and without perfect priors."""
     heads = ("tracker", "none", _PER_AXIS, "over the auxiliary filter", "perfect", _PER_AXIS)
-    rows = [("particles, auxiliary", *both(evidence.known(NONE)), "1", *both(evidence.known(PERFECT)))]
-    for name in (*SINGLE_STAGE, *KALMAN_TRACKERS):
-        cell = f"{name}-{NONE}" if name in SINGLE_STAGE else name
-        over = ratio(tracked(cell), known(NONE))(evidence)
+    rows = []
+    for name in (*PARTICLE_TRACKERS, *KALMAN_TRACKERS):
+        cell = f"{name}-{NONE}" if name in PARTICLE_TRACKERS else name
+        over = ratio(tracked(cell), tracked(f"auxiliary-{NONE}"))(evidence)
         rows.append(
             (
                 _TRACKERS[name],
@@ -178,7 +180,7 @@ def energy(evidence: Evidence) -> str:
         "the head's cycles a frame",
     )
     rows = []
-    for cell in RADIO_CELLS:
+    for cell in (*RADIO_CELLS, ALONE):
         parts = {name: 1e3 * float(values.mean()) for name, values in energy_a_frame(evidence, cell).items()}
         place, nodes = evidence.on_air(cell), evidence.nodes[cell]
         assert place is not None

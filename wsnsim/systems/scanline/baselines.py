@@ -18,9 +18,10 @@ from wsnsim.types import FloatArray
 
 _PLACE = np.hstack([np.eye(2), np.zeros((2, 2))])
 """H of a measured place."""
-_GRID = 41
+GRID = 41
 """Places on each side from which the MAP estimate takes its start."""
-_NEWTON_STEPS = 10
+NEWTON_STEPS = 10
+"""Of Gauss–Newton at most."""
 _LEAST_DEPTH = 1e-6
 """Of a place before a camera [m]."""
 
@@ -114,7 +115,7 @@ class Baseline:
             return belief
         likelihood = Likelihood(self.rig, report, NoKnowledge(), 0.0)
         room, prior = self.rig.room, np.linalg.inv(belief.cov[:2, :2])
-        axes = [np.linspace(room.low[k], room.high[k], _GRID) for k in range(2)]
+        axes = [np.linspace(room.low[k], room.high[k], GRID) for k in range(2)]
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
 
         def scores(places: FloatArray) -> FloatArray:
@@ -126,7 +127,7 @@ class Baseline:
         if found.max() == -np.inf:
             return belief
         place, best = grid[int(found.argmax())], float(found.max())
-        for _ in range(_NEWTON_STEPS):
+        for _ in range(NEWTON_STEPS):
             information, pull = self._information(place, report)
             pull = pull - prior @ (place - belief.mean[:2])
             there = place + np.linalg.solve(information + prior, pull)

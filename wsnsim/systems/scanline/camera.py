@@ -7,7 +7,7 @@ import numpy as np
 from wsnsim.hardware.work import Work
 from wsnsim.messages.base import Payload
 from wsnsim.messages.image_part import parts_of_image
-from wsnsim.messages.scanline import PlacesPayload, ScanLinePayload
+from wsnsim.messages.scanline import MOST_BLOBS, PlacesPayload, ScanLinePayload
 from wsnsim.systems.base import Site
 from wsnsim.systems.scanline.jpeg import compressed
 from wsnsim.systems.scanline.params import ScanlineParams
@@ -15,7 +15,7 @@ from wsnsim.systems.scanline.reader import PixelReader
 from wsnsim.systems.scanline.reading import Measured, Reading
 from wsnsim.systems.scanline.rules import PixelFrontEnd
 from wsnsim.systems.scanline.stage import Stage
-from wsnsim.types import NodeId
+from wsnsim.types import FloatArray, NodeId
 from wsnsim.vision.frame import Frame
 
 # What a mote does to a frame before anything is known of it, whether or not the simulator makes the image.
@@ -91,7 +91,7 @@ class Eye:
     def _line(self, step: int, reading: Reading) -> ScanLinePayload:
         edge = self._camera.half_width_px
         share = None if np.isnan(reading.value_px) else reading.value_px / edge
-        blobs = reading.blobs / edge if self._params.says_lines else None
+        blobs = _widest(reading.blobs) / edge if self._params.says_lines else None
         return ScanLinePayload(step & 0xFF, share, blobs)
 
     def _work(self) -> Work:
@@ -100,3 +100,10 @@ class Eye:
             int_ops=_PIXEL_INTS * width * height + _COLUMN_INTS * width,
             memory_bytes=_PIXEL_BYTES * width * height,
         )
+
+
+def _widest(blobs: FloatArray) -> FloatArray:
+    """Return as many blobs (b, 2) as a message holds, in their order."""
+    if len(blobs) <= MOST_BLOBS:
+        return blobs
+    return blobs[np.sort(np.argsort(blobs[:, 0] - blobs[:, 1], kind="stable")[:MOST_BLOBS])]

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, BeforeValidator, Field
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field
 
 Metres: TypeAlias = Annotated[float, Field(gt=0, le=1e6)]
 Share: TypeAlias = Annotated[float, Field(ge=0, le=1)]
@@ -13,8 +13,15 @@ def _listed(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
+def _exclusive(chances: tuple[float, float]) -> tuple[float, float]:
+    """Ask for probabilities of which one at most comes true."""
+    if sum(chances) > 1.0:
+        raise ValueError(f"must be probabilities of sum 1 at most, got {list(chances)}")
+    return chances
+
+
 _LISTS = BeforeValidator(_listed)
-Shares: TypeAlias = Annotated[tuple[Share, Share], _LISTS]
+Shares: TypeAlias = Annotated[tuple[Share, Share], _LISTS, AfterValidator(_exclusive)]
 Corner: TypeAlias = Annotated[
     tuple[Annotated[float, Field(ge=-1e6, le=1e6)], Annotated[float, Field(ge=-1e6, le=1e6)]], _LISTS
 ]
@@ -154,7 +161,12 @@ class ElectedHead(Section):
     kind: Literal["elected"] = Field(
         description="elected: the mote with most energy left; motes tell the base station, which announces it"
     )
-    period_s: float = Field(60.0, ge=1, le=1e6, description="from one election to the next [s]")
+    period_s: float = Field(
+        60.0,
+        ge=1,
+        le=1e6,
+        description="from one election to the next; until the first, at 0 s, is decided the base tracks [s]",
+    )
     margin: Share = Field(
         0.02, description="share by which a mote must have more than the head to take its place [-]"
     )
@@ -179,6 +191,11 @@ class ParticleTracker(Section):
         "subsets",
         description="how Eq. 6 is evaluated: subset sums; the covering recursion, without a subtraction; or "
         "as printed, without the rescaling of Eq. 5",
+    )
+    visibility_exponent: Annotated[float, Field(gt=0, le=1)] = Field(
+        1.0,
+        description="of p(η) of normal priors; 1 as published takes the occlusions of successive frames as "
+        "independent, but they last: less keeps the tracker from being too sure of itself [-]",
     )
     lost_sd: Annotated[float, Field(gt=0, le=1e3)] = Field(
         6.0, description="standard deviations by which all particles misfit when all are drawn anew [-]"

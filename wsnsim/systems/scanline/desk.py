@@ -1,8 +1,8 @@
 """The base station's part where a mote tracks: it makes an estimate of every track that arrives.
 
 What counts is what the base station knows, and when: a mote that is the head makes no estimates of its own,
-and an estimate is as late as its message. Of a frame whose track does not come the base station makes a
-prediction from the latest; of a head that is not heard for long it believes nothing more.
+and an estimate is as late as its message. Where the object was at a frame whose track does not come the base
+station reckons from the latest; of a head that is not heard for long it believes nothing more.
 """
 
 from dataclasses import dataclass
@@ -62,6 +62,10 @@ class Desk:
         """Await the first track."""
         return Step(timers=self._timers())
 
+    def know(self, step: int, followed: Followed) -> None:
+        """Note what the base station itself believed of a frame, when it was the head."""
+        self._latest = self._latest or _Told(step, followed)
+
     def take(self, ctx: Context, node: NodeId, payload: TrackPayload) -> Step:
         """Make an estimate of a track."""
         step = step_of(payload.step, round(ctx.now * self._site.rate_hz))
@@ -79,7 +83,7 @@ class Desk:
         return Step(estimates=(estimate,), notes=notes)
 
     def on_timer(self, ctx: Context, key: str) -> Step:
-        """Predict where the object was at a frame of which no track came."""
+        """Reckon where the object was at a frame of which no track came."""
         step = int(key.removeprefix(DUE))
         self._next = step + 1
         timers = self._timers()
@@ -91,7 +95,7 @@ class Desk:
             notes = () if self._silent else (Note("head_silent", said),)
             self._silent = True
             return Step(timers=timers, notes=notes)
-        if self._latest is None or step < self._latest.step:
+        if self._latest is None:
             return Step(timers=timers)
         gone = extrapolated(self._stage, self._latest.followed, step - self._latest.step)
         estimate = estimate_of(self._stage, self._site.rate_hz, step, gone, 0)

@@ -1,9 +1,9 @@
-"""Heads by election: motes tell the base station what their batteries hold, it names the fullest (Sec. 3).
+"""Heads by election: motes tell the base station what their batteries hold, and it names the fullest.
 
 An election begins every so many seconds. Each mote says what it has left, at a time of its own so that they
 do not all speak at once; when all have had their turn the base station decides. Only a change is announced,
 for a frame a little later, so that everybody changes at the same one. It is announced again if the new head
-is not heard. The paper asks for such an election and does not say how.
+is not heard. The paper has a cluster head, and does not say which node it is.
 """
 
 import math

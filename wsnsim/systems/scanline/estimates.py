@@ -38,7 +38,7 @@ def estimate_of(
 
 
 def extrapolated(stage: Stage, followed: Followed, steps: int) -> Followed:
-    """Return a belief so many steps later: straight on, within the room.
+    """Return a belief so many steps later, or earlier where it is below 0: straight on, within the room.
 
     Who walks in any direction has a variance of half his way's square on each axis.
     """

@@ -7,25 +7,32 @@ import numpy as np
 
 from wsnsim.estimation.kalman import Gaussian
 from wsnsim.hardware.work import Work
-from wsnsim.systems.scanline.baselines import Baseline
+from wsnsim.systems.scanline.baselines import GRID, NEWTON_STEPS, Baseline
 from wsnsim.systems.scanline.choices import KalmanTracker
-from wsnsim.systems.scanline.filter import FilterParams, Tracked, Tracker
+from wsnsim.systems.scanline.filter import FilterParams, Tracker
 from wsnsim.systems.scanline.measurement import Report
 from wsnsim.systems.scanline.occlusion import Knowledge, KnownPlaces, NormalPriors, ScanLines, UniformPriors
 from wsnsim.systems.scanline.params import ScanlineParams
 from wsnsim.systems.scanline.stage import Stage
 from wsnsim.types import FloatArray
 
-# Operations of a particle and stage, counted from the equations' inner loops.
-_MOVE_FLOATS = 45.0  # a direction with its root, two normal and three uniform draws, the new speed
-_NORMAL_FLOATS = 30.0  # h, d, Eq. 2, one term of Eq. 3; a seeing camera
-_REGION_INTS = 25.0  # a cell of the table
-_COVER_FLOATS = 35.0  # Eq. 4 by a table of the error function; an occluder and a camera of the region
+# Floating-point operations, counted from the inner loops; a root counts 10, a logarithm or an exponential 15,
+# a normal draw 10. Upper bounds: particles that fit hopelessly are left out of p(η). A mote is taken to have
+# tables of the error function and of the mean direction over the room.
+_FORESEE_FLOATS = 40.0  # κ; a particle
+_MOVE_FLOATS = 65.0  # two directions with their roots, two normal draws, the new speed; a particle
+_WEIGHT_FLOATS = 40.0  # log p(η), the weight, its share in resampling; a particle and stage
+_REGION_INTS = 25.0  # a cell of the table; a particle and stage
+_NORMAL_FLOATS = 40.0  # h, d, Eq. 2, one term of Eq. 3; a seeing camera
+_COVER_FLOATS = 24.0  # Eq. 4: 12 to see that an occluder is far from the line, 23 more for every other one
+_POLYGON_FLOATS = 150.0  # the same for a polygon: 70, and four cuts of some
+_MOST_SUBSETS = 1 << 10  # of blind cameras that are reckoned with together
 _DISC_FLOATS = 14.0  # a line of sight beside a disc; an occluder and a camera
-_LINE_FLOATS = 40.0  # two normal distribution functions; a blob's ends and a blind camera
-_RESAMPLE_FLOATS = 8.0
-_KALMAN_FLOATS = 600.0  # 4 × 4 in Joseph's form; a camera
-_BLOBS = 6.0  # in a scan line, as a rule
+_BLOB_FLOATS = 26.0  # three normal distribution functions; a blob of a blind camera
+_WIDTH_FLOATS = 60.0  # what a cylinder would look like; a blind camera
+_KALMAN_FLOATS = 600.0  # 4 × 4 in Joseph's form, or 8 sigma points; a camera
+_FISHER_FLOATS = 60.0  # a step of Gauss–Newton; a camera
+_PRIOR_FLOATS = 10.0  # of a place of the grid
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,27 +84,33 @@ class ParticleFollower:
         state = self._state
         walkers, weights = state.particles.states, state.particles.weights
         velocity = np.asarray(weights @ walkers.velocities)
-        return Followed(state.mean, state.cov, velocity, state.replaced, self._work(report, knowledge, state))
+        return Followed(state.mean, state.cov, velocity, state.replaced, self._work(report, knowledge))
 
-    def _work(self, report: Report, knowledge: Knowledge, state: Tracked) -> Work:
+    def _work(self, report: Report, knowledge: Knowledge) -> Work:
         """Return the operations of both stages; a plain filter has one."""
         count = self._tracker.params.particles
-        stages = 1.0 if self._tracker.params.kind == "plain" else 2.0
-        seeing, heard = report.seeing.bit_count(), int(report.heard.sum())
-        floats = stages * (_MOVE_FLOATS + _NORMAL_FLOATS * seeing) + _RESAMPLE_FLOATS
-        floats += stages * _knowledge_floats(knowledge, heard, heard - seeing, self._occluders)
+        plain = self._tracker.params.kind == "plain"
+        stages = 1.0 if plain else 2.0
+        floats = _MOVE_FLOATS + (0.0 if plain else _FORESEE_FLOATS)
+        floats += stages * (_WEIGHT_FLOATS + _NORMAL_FLOATS * report.seeing.bit_count())
+        floats += stages * _knowledge_floats(knowledge, report, self._occluders)
         return Work(int_ops=count * stages * _REGION_INTS, float_ops=count * floats)
 
 
-def _knowledge_floats(knowledge: Knowledge, heard: int, blind: int, occluders: int) -> float:
+def _knowledge_floats(knowledge: Knowledge, report: Report, occluders: int) -> float:
     """Return the operations of p(η | x) of one particle."""
+    heard, blind = int(report.heard.sum()), report.blind.bit_count()
     if isinstance(knowledge, KnownPlaces):
         return _DISC_FLOATS * occluders * heard
-    if isinstance(knowledge, NormalPriors | UniformPriors):
-        pieces = len(knowledge.means if isinstance(knowledge, NormalPriors) else knowledge.polygons)
-        return _COVER_FLOATS * pieces * heard + pieces * 2.0**blind
+    # each occluder has its sum of every subset, with which the product is multiplied
+    subsets = 2.0 * min(1 << blind, _MOST_SUBSETS)
+    if isinstance(knowledge, NormalPriors):
+        return len(knowledge.means) * (_COVER_FLOATS * heard + subsets)
+    if isinstance(knowledge, UniformPriors):
+        return len(knowledge.polygons) * (_POLYGON_FLOATS * heard + subsets)
     if isinstance(knowledge, ScanLines):
-        return _LINE_FLOATS * _BLOBS * blind
+        blobs = sum(len(ends) for k, ends in enumerate(knowledge.blobs) if report.blind >> k & 1)
+        return _BLOB_FLOATS * blobs + _WIDTH_FLOATS * blind
     return 0.0
 
 
@@ -113,6 +126,7 @@ class KalmanFollower:
             "unscented": self._baseline.unscented,
             "map": self._baseline.map_kalman,
         }[params.kind]
+        self._kind = params.kind
         self._speed = stage.walk.speed
         self._belief = self._baseline.start()
 
@@ -127,8 +141,16 @@ class KalmanFollower:
         """Take a frame; what is known of the occluders has no place in these filters."""
         self._belief = self._step(self._belief, report)
         mean, cov = self._belief.mean, self._belief.cov
-        work = Work(float_ops=_KALMAN_FLOATS * (1 + report.seeing.bit_count()))
-        return Followed(mean[:2], cov[:2, :2], mean[2:], work=work)
+        return Followed(mean[:2], cov[:2, :2], mean[2:], work=self._work(report.seeing.bit_count()))
+
+    def _work(self, seeing: int) -> Work:
+        """Return the operations of a step; a most probable place is looked for on a grid first."""
+        floats = _KALMAN_FLOATS * (1 + seeing)
+        if self._kind != "map" or not seeing:
+            return Work(float_ops=floats)
+        places = GRID**2
+        floats += places * (_PRIOR_FLOATS + _NORMAL_FLOATS * seeing) + NEWTON_STEPS * _FISHER_FLOATS * seeing
+        return Work(int_ops=places * _REGION_INTS, float_ops=floats)
 
 
 def follower_for(

@@ -4,6 +4,7 @@ A frame is closed when everybody was heard or its deadline is over; frames are c
 once. What was not heard by then counts as not reported, never as not seen. A frame whose turn comes when
 the deadline of the next one is over too, as the processor was busy, is left out: the tracker moves on to the
 next without its reports, so that it falls behind by a frame or so and the time of its work, never more.
+Reports name their frame by one byte: a head that is busy with a single one for 255 others mistakes them.
 """
 
 import numpy as np
@@ -12,7 +13,7 @@ from wsnsim.errors import DecodeError
 from wsnsim.hardware.work import Work
 from wsnsim.messages.base import Payload
 from wsnsim.messages.image_part import ImagePartPayload
-from wsnsim.messages.scanline import HandoverPayload, PlacesPayload, ScanLinePayload, TrackPayload, step_of
+from wsnsim.messages.scanline import PlacesPayload, ScanLinePayload, TrackPayload, step_of
 from wsnsim.systems.base import Basis, Context, Note, Scope, Send, Site, Step, Timer
 from wsnsim.systems.scanline.darkroom import Darkroom
 from wsnsim.systems.scanline.estimates import estimate_of, extrapolated
@@ -25,10 +26,11 @@ from wsnsim.systems.scanline.stage import Stage
 from wsnsim.types import FloatArray, NodeId
 
 CLOSE = "close:"
-Report = ScanLinePayload | PlacesPayload | ImagePartPayload
+CameraPayload = ScanLinePayload | PlacesPayload | ImagePartPayload
 """What cameras say."""
 _MOST_CAUGHT_UP = 15
-"""Steps that the tracker is moved on at most for frames that were left out: to do it costs work as well."""
+"""Steps that the tracker is moved on at most for frames that were left out. To do it costs work as well: not
+more than the last frame itself, or a slow processor would never be done."""
 _LEAST_SD_M = 1e-3
 """Of a place that was handed over: its covariance has been rounded."""
 
@@ -70,6 +72,7 @@ class Tracking:
         self._next = first
         self._last = site.steps
         self._left_out = 0
+        self._step_work = Work()
         self.fresh = True
         """Whether nothing was heard of the object yet."""
         self._followed: Followed | None = None
@@ -96,17 +99,17 @@ class Tracking:
         """Take no frame beyond one."""
         self._last = last
 
-    def handover(self, term: int) -> HandoverPayload | None:
-        """Return what is left to the next head; None where nothing was followed."""
+    @property
+    def belief(self) -> tuple[int, Followed] | None:
+        """The last frame that was closed, and what is believed of it; None where nothing was followed."""
         if self._followed is None:
             return None
-        followed = extrapolated(self._stage, self._followed, self._left_out)
-        return HandoverPayload(term, followed.place, followed.cov.ravel()[[0, 1, 3]])
+        return self._next - 1, extrapolated(self._stage, self._followed, self._left_out)
 
     def take(self, ctx: Context, node: NodeId, payload: Payload) -> Step:
         """Take what a camera says."""
         number = self._numbers.get(node)
-        if number is None or not isinstance(payload, Report):
+        if number is None or not isinstance(payload, CameraPayload):
             return Step()
         step = step_of(payload.step, round(ctx.now * self._site.rate_hz))
         if step < self._next:
@@ -179,12 +182,14 @@ class Tracking:
         caught_up = self._catch_up()
         report = heard.report(len(self._numbers))
         knowledge, work = self._source.knowledge(heard, report)
-        followed = self._followed = self._follower.step(report, knowledge)
+        count = int(report.heard.sum())
+        # of nobody's report nobody asks how probable it is
+        followed = self._followed = self._follower.step(report, knowledge if count else NoKnowledge())
         notes: tuple[Note, ...] = ()
         if followed.replaced:
             notes = (Note("reinitialised", f"frame {step}: no particle explained what was seen"),)
-        result = Step(work=caught_up + work + followed.work, notes=notes)
-        count = int(report.heard.sum())
+        self._step_work = work + followed.work
+        result = Step(work=caught_up + self._step_work, notes=notes)
         self.fresh = self.fresh and count == 0
         if not self._tells:
             estimate = estimate_of(self._stage, self._site.rate_hz, step, followed, count)
@@ -204,6 +209,8 @@ class Tracking:
         nothing = Heard().report(len(self._numbers))
         work = Work()
         for _ in range(min(self._left_out, _MOST_CAUGHT_UP)):
+            if work.float_ops >= self._step_work.float_ops:
+                break
             work += self._source.knowledge(Heard(), nothing)[1]
             work += self._follower.step(nothing, NoKnowledge()).work
         self._left_out = 0

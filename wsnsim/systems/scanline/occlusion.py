@@ -117,6 +117,8 @@ class NormalPriors:
     radius_m : of the cylinders [m]
     joint : how Eq. 6 is evaluated
     detected : probability that a camera that could see the object recognises it
+    exponent : of p(η), above 0. 1, as printed, takes the occlusions of successive steps as independent; but
+        they last, and so do the errors of the priors: less keeps the tracker from being too sure of itself
     """
 
     means: FloatArray
@@ -124,6 +126,7 @@ class NormalPriors:
     radius_m: float
     joint: Joint = "subsets"
     detected: float = 1.0
+    exponent: float = 1.0
 
     def coverage(self, rig: Rig, points: FloatArray, masks: IntArray) -> FloatArray:
         """Return q (m, k, n), the probability that occluder k hides point m from camera n (Eq. 4)."""
@@ -155,9 +158,10 @@ class NormalPriors:
             self.detected,
             self.joint == "covering",
             self.joint != "printed",
-            negligible,
+            negligible ** (1.0 / self.exponent),
         )
-        return _not_below_0(result, self.joint)
+        result = _not_below_0(result, self.joint)
+        return result if self.exponent == 1.0 else np.maximum(result, 0.0) ** self.exponent
 
     @cached_property
     def _triangles(self) -> FloatArray:

@@ -105,6 +105,10 @@ class ScanlineParams(SystemParams):
             )
         if self.message == "jpeg" and self.virtual_occluders is not None:
             raise ValueError("virtual_occluders must be null where message is jpeg: they are in no image")
+        if self.says_lines and self.looks_at_pixels and self.virtual_occluders is not None:
+            raise ValueError(
+                "virtual_occluders must be null where whole scan lines come of pixels: they are in no image"
+            )
         return self
 
     @property

@@ -19,7 +19,7 @@ from wsnsim.systems.scanline.camera import Eye
 from wsnsim.systems.scanline.choices import ElectedHead
 from wsnsim.systems.scanline.desk import DUE, Desk
 from wsnsim.systems.scanline.election import ANNOUNCE, DECIDE, SPEAK, Candidate, Election
-from wsnsim.systems.scanline.head import CLOSE, Report, Tracking, joined
+from wsnsim.systems.scanline.head import CLOSE, CameraPayload, Tracking, joined
 from wsnsim.systems.scanline.offices import Office, address, announced, first_offices
 from wsnsim.systems.scanline.params import ScanlineParams
 from wsnsim.systems.scanline.stage import Stage
@@ -80,7 +80,7 @@ class NodeProgram:
     def on_payload(self, ctx: Context, message: Received) -> Step:
         """Take a message."""
         source, payload = message.source, message.payload
-        if isinstance(payload, Report):
+        if isinstance(payload, CameraPayload):
             return self._take_report(ctx, source, payload)
         if isinstance(payload, TrackPayload):
             return self._take_track(ctx, source, payload)
@@ -119,7 +119,7 @@ class NodeProgram:
         tracking = self._tracking
         return Step() if tracking is None else self._handed_over(tracking.take(ctx, source, payload))
 
-    def _take_report(self, ctx: Context, source: NodeId, payload: Report) -> Step:
+    def _take_report(self, ctx: Context, source: NodeId, payload: CameraPayload) -> Step:
         """Track by a report, or tell its sender who does."""
         if self._offices.head_at(step_of(payload.step, self._step(ctx))) == self._number:
             return self._track(ctx, source, payload)
@@ -167,12 +167,16 @@ class NodeProgram:
         """Leave to the next head what is believed, when the last frame is closed."""
         if self._tracking is None or not self._tracking.done or self._offices.now.head == self._number:
             return result
-        office = self._offices.now
-        payload = self._tracking.handover(office.term)
+        belief = self._tracking.belief
         self._tracking = None
-        if payload is None:
+        if belief is None:
             return result
-        return joined(result, Step(sends=(Send(address(office.head, self._site), payload),)))
+        step, followed = belief
+        if self._desk is not None:
+            self._desk.know(step, followed)
+        office = self._offices.now
+        left = HandoverPayload(office.term, followed.place, followed.cov.ravel()[[0, 1, 3]])
+        return joined(result, Step(sends=(Send(address(office.head, self._site), left),)))
 
     def _take_over(self, ctx: Context, payload: HandoverPayload) -> Step:
         """Go on from what the head before believed."""

@@ -161,12 +161,13 @@ def make_sensors(params: ScanlineParams, site: Site, world: World) -> Mapping[No
     """
     stage = stage_of(params, site)
     virtual = params.virtual_occluders
-    occluders = _people(world) if virtual is None else _virtual(virtual, stage, site)
+    occluders = people_places(world) if virtual is None else _virtual(virtual, stage, site)
     truth = Truth(stage, world, occluders)
     return {name: ScanSensor(params, truth, number, site.streams) for number, name in enumerate(stage.names)}
 
 
-def _people(world: World) -> Occluders:
+def people_places(world: World) -> Occluders:
+    """Return what gives the people's places (k, 2) at an instant [m]."""
     paths = [person.motion for person in world.people]
     first = paths[0] if paths else None
     if isinstance(first, TimedPath) and all(

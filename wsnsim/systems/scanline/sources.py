@@ -83,6 +83,26 @@ class Source(Protocol):
         """Return what is known of the occluders at a frame, and what it took to know it."""
 
 
+@dataclass(frozen=True)
+class Rules:
+    """How p(η) is evaluated, as `NormalPriors` takes it.
+
+    Parameters
+    ----------
+    joint : how Eq. 6 is evaluated
+    detected : probability that a camera that could see the object recognises it
+    exponent : of p(η) of normal priors
+    """
+
+    joint: Joint = "subsets"
+    detected: float = 1.0
+    exponent: float = 1.0
+
+    def normal(self, means: FloatArray, covs: FloatArray, radius_m: float) -> NormalPriors:
+        """Return occluders of that radius [m] with means (k, 2) [m] and covariances (k, 2, 2) [m²]."""
+        return NormalPriors(means, covs, radius_m, self.joint, self.detected, self.exponent)
+
+
 class Nothing:
     """Nothing is known."""
 
@@ -107,16 +127,13 @@ class Exact:
 class Filtered:
     """A Kalman filter an occluder; who was never reported is anywhere in the room."""
 
-    def __init__(
-        self, stage: Stage, priors: KalmanPriors, rate_hz: float, joint: Joint, detected: float
-    ) -> None:
+    def __init__(self, stage: Stage, priors: KalmanPriors, rate_hz: float, rules: Rules) -> None:
         self._stage = stage
         self._sd_m = priors.sensor_sd_m
         speed_m = stage.walk.speed
         given = priors.acceleration_sd_mps2
         self._q = CONSISTENT_Q * speed_m**2 if given is None else (given / rate_hz**2) ** 2
-        self._joint = joint
-        self._detected = detected
+        self._rules = rules
         self._beliefs = OccluderBeliefs.unknown(stage.occluders)
 
     def knowledge(self, heard: Heard, report: Report) -> tuple[Knowledge, Work]:
@@ -134,19 +151,17 @@ class Filtered:
         # who was not reported for long is somewhere in the room, and no farther away
         variances = np.where(known, np.minimum(self._beliefs.variances, widest), widest)
         covs = variances[:, np.newaxis, np.newaxis] * np.eye(2)
-        knowledge = NormalPriors(means, covs, stage.radius_m, self._joint, self._detected)
+        knowledge = self._rules.normal(means, covs, stage.radius_m)
         return knowledge, Work(float_ops=_KALMAN_FLOATS * stage.occluders)
 
 
 class Somewhere:
     """Nothing but the room."""
 
-    def __init__(self, stage: Stage, priors: StationaryPriors, joint: Joint, detected: float) -> None:
+    def __init__(self, stage: Stage, priors: StationaryPriors, rules: Rules) -> None:
         room = stage.rig.room
         sd_m = largest_sd_m(room) if priors.sd_m is None else priors.sd_m
-        self._priors = NormalPriors(
-            *stationary(stage.occluders, room.centre, sd_m), stage.radius_m, joint, detected
-        )
+        self._priors = rules.normal(*stationary(stage.occluders, room.centre, sd_m), stage.radius_m)
 
     def knowledge(self, heard: Heard, report: Report) -> tuple[Knowledge, Work]:
         """Return the same for every frame."""
@@ -156,11 +171,10 @@ class Somewhere:
 class Hulls:
     """The visual hull of the scan lines that came."""
 
-    def __init__(self, stage: Stage, priors: HullPriors, joint: Joint, detected: float) -> None:
+    def __init__(self, stage: Stage, priors: HullPriors, rules: Rules) -> None:
         self._stage = stage
         self._priors = priors
-        self._joint = joint
-        self._detected = detected
+        self._rules = rules
 
     def knowledge(self, heard: Heard, report: Report) -> tuple[Knowledge, Work]:
         """Return the pieces of the floor as priors."""
@@ -176,8 +190,9 @@ class Hulls:
             hull = without_phantoms(hull, rig, blobs)
         work = Work(float_ops=_CONE_FLOATS * (1 + sum(len(each) for each in blobs)))
         if priors.shape == "polygons":
-            return UniformPriors(hull.polygons, stage.radius_m, self._joint, self._detected), work
-        return NormalPriors(*hull.priors(), stage.radius_m, self._joint, self._detected), work
+            rules = self._rules
+            return UniformPriors(hull.polygons, stage.radius_m, rules.joint, rules.detected), work
+        return self._rules.normal(*hull.priors(), stage.radius_m), work
 
 
 class Lines:
@@ -201,15 +216,17 @@ class Lines:
 def source_for(params: ScanlineParams, stage: Stage, rate_hz: float) -> Source:
     """Return where the knowledge that a scenario asks for comes from."""
     priors, tracker, detected = params.priors, params.tracker, params.detected
-    joint: Joint = tracker.joint if isinstance(tracker, ParticleTracker) else "subsets"
+    rules = Rules(detected=detected)
+    if isinstance(tracker, ParticleTracker):
+        rules = Rules(tracker.joint, detected, tracker.visibility_exponent)
     if isinstance(priors, PerfectPriors):
         return Exact(stage, detected)
     if isinstance(priors, KalmanPriors):
-        return Filtered(stage, priors, rate_hz, joint, detected)
+        return Filtered(stage, priors, rate_hz, rules)
     if isinstance(priors, StationaryPriors):
-        return Somewhere(stage, priors, joint, detected)
+        return Somewhere(stage, priors, rules)
     if isinstance(priors, HullPriors):
-        return Hulls(stage, priors, joint, detected)
+        return Hulls(stage, priors, rules)
     if isinstance(priors, ScanLinePriors):
         return Lines(stage, priors)
     assert isinstance(priors, NoPriors)

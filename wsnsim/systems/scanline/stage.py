@@ -1,6 +1,7 @@
 """What everybody knows of a deployment before a run: cameras, room, walls, and what occluders are like."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import asin, atan, atan2, degrees
 
 import numpy as np
@@ -8,7 +9,9 @@ import numpy as np
 from wsnsim.errors import Problem, ScenarioError
 from wsnsim.geometry.camera import PinholeCamera
 from wsnsim.geometry.lens import undistort
+from wsnsim.geometry.polygons import is_convex
 from wsnsim.systems.base import Site
+from wsnsim.systems.scanline.choices import VirtualOccluders
 from wsnsim.systems.scanline.measurement import MeasurementNoise, ScanCamera
 from wsnsim.systems.scanline.motion import WaypointWalk
 from wsnsim.systems.scanline.params import ScanlineParams
@@ -56,33 +59,30 @@ def stage_of(params: ScanlineParams, site: Site) -> Stage:
 
     Raises
     ------
-    ScenarioError : more or fewer targets than one, too many cameras, or one that is not level or in a wall
+    ScenarioError : more or fewer targets than one, virtual blocks that are none, too many cameras, or one
+        that is not level or in a wall
     """
-    problems = []
     if len(site.targets) != 1:
         message = f"must be one, the object, where the system is scanline, got {len(site.targets)}"
         raise ScenarioError([Problem("world.targets", f"{message}; let the others be people")])
     (target,) = site.targets
     virtual = params.virtual_occluders
     height_m = float(target.start.position[2])
-    walls = [*footprints(site.floor.scenery, height_m)]
-    if virtual is not None:
-        walls += [np.array(block, dtype=np.float64) for block in virtual.blocks_m]
-    try:
-        room = Room(np.zeros(2), site.floor.size_m[:2].astype(np.float64), tuple(walls))
-    except ValueError as error:
-        raise ScenarioError([Problem("system.virtual_occluders.blocks_m", str(error))]) from error
-    for name, camera in site.cameras.items():
-        problem = _fault(camera, room)
-        if problem is not None:
-            problems.append(Problem(f"cameras[{name}]", problem))
+    size_m = site.floor.size_m[:2].astype(np.float64)
+    blocks = _blocks(virtual, size_m)
+    room = Room(np.zeros(2), size_m, (*footprints(site.floor.scenery, height_m), *blocks))
+    problems = [
+        Problem(f"cameras[{number}]", fault)
+        for number, camera in enumerate(site.cameras.values())
+        if (fault := _fault(camera, room, len(blocks))) is not None
+    ]
     if problems:
         raise ScenarioError(problems)
     noise = MeasurementNoise(params.noise.position_sd_m, params.noise.angle_sd_rad, params.noise.read_sd_px)
     try:
         rig = Rig([scan_camera(camera) for camera in site.cameras.values()], noise, room)
     except ValueError as error:
-        raise ScenarioError([Problem("cameras", str(error))]) from error
+        raise ScenarioError([Problem("cameras", str(error).removeprefix("cameras: "))]) from error
     walk = params.walk
     return Stage(
         rig=rig,
@@ -103,6 +103,31 @@ def stage_of(params: ScanlineParams, site: Site) -> Stage:
     )
 
 
+def _blocks(virtual: VirtualOccluders | None, size_m: FloatArray) -> tuple[FloatArray, ...]:
+    """Return the blocks that only delete measurements, each a convex polygon (k, 2) [m].
+
+    Raises
+    ------
+    ScenarioError : one that is not convex, or outside the room
+    """
+    blocks, problems = [], []
+    for number, corners in enumerate(() if virtual is None else virtual.blocks_m):
+        block = np.array(corners, dtype=np.float64).reshape(-1, 2)
+        fault = ""
+        if not is_convex(block):
+            fault = "must be convex with an area and no straight corner; divide it or leave the corner out"
+        elif (block.max(axis=0) <= 0.0).any() or (block.min(axis=0) >= size_m).any():
+            fault = f"must reach into the room of {size_m.tolist()} m"
+        if fault:
+            must, _, hint = fault.partition("; ")
+            said = f"{must}, got {block.tolist()} [m]" + (f"; {hint}" if hint else "")
+            problems.append(Problem(f"system.virtual_occluders.blocks_m[{number}]", said))
+        blocks.append(block)
+    if problems:
+        raise ScenarioError(problems)
+    return tuple(blocks)
+
+
 def scan_camera(camera: PinholeCamera) -> ScanCamera:
     """Return what a level camera is on the floor plan; its scan line is without the lens's distortion."""
     forward = camera.rotation[2]
@@ -112,8 +137,8 @@ def scan_camera(camera: PinholeCamera) -> ScanCamera:
     return ScanCamera((float(x), float(y)), atan2(forward[1], forward[0]), camera.focal_px, 2.0 * half)
 
 
-def _fault(camera: PinholeCamera, room: Room) -> str | None:
-    """Return why a camera cannot take part."""
+def _fault(camera: PinholeCamera, room: Room, virtual: int) -> str | None:
+    """Return why a camera cannot take part, where the last so many walls of a room are virtual."""
     pitch_deg = degrees(asin(float(np.clip(camera.rotation[2, 2], -1.0, 1.0))))
     roll_deg = degrees(asin(float(np.clip(camera.rotation[0, 2], -1.0, 1.0))))
     if max(abs(pitch_deg), abs(roll_deg)) > _MOST_TILT_DEG:
@@ -124,10 +149,11 @@ def _fault(camera: PinholeCamera, room: Room) -> str | None:
         )
     place = camera.position[:2]
     planes, starts = room.half_planes
-    for number in range(len(starts) - 1):
-        rows = planes[starts[number] : starts[number + 1]]
-        if (rows[:, :2] @ place - rows[:, 2]).max() < 0.0:
-            return f"must stand outside the static occluders, got {place.tolist()} inside number {number}"
+    real = len(room.walls) - virtual
+    for number, (start, end) in enumerate(pairwise(starts)):
+        if (planes[start:end, :2] @ place - planes[start:end, 2]).max() < 0.0:
+            kind = "world.occluders" if number < real else f"virtual_occluders.blocks_m[{number - real}]"
+            return f"must stand outside {kind}, seen from above, got {place.tolist()} [m]"
     return None
 
 

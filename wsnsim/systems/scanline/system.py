@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from wsnsim.systems.scanline.stage import Stage
     from wsnsim.world.world import World
 
+_MOST_FRAMES = 128
+"""That a head that is a mote waits for reports: a track names its frame by one byte."""
+
 
 @lru_cache(maxsize=1)
 def _stage(params: ScanlineParams, site: Site) -> "Stage":
@@ -33,18 +36,23 @@ def _stage(params: ScanlineParams, site: Site) -> "Stage":
 
 
 def _check_head(params: ScanlineParams, site: Site) -> None:
-    """Make sure that the head exists.
+    """Make sure that the head exists, and that its tracks come while their frames can be told apart.
 
     Raises
     ------
-    ScenarioError : a name that is no mote's
+    ScenarioError : a name that is no mote's, or a deadline of too many frames
     """
-    head = params.head
-    if not isinstance(head, NodeHead) or head.id in site.motes:
-        return
-    near = get_close_matches(head.id, site.motes, n=1)
-    hint = f'did you mean "{near[0]}"?' if near else "for the base station write head: {kind: base}"
-    raise ScenarioError([Problem("system.head.id", f"must be the name of a mote, got {head.id!r}; {hint}")])
+    head, problems = params.head, []
+    if isinstance(head, NodeHead) and head.id not in site.motes:
+        near = get_close_matches(head.id, site.motes, n=1)
+        hint = f'did you mean "{near[0]}"?' if near else "for the base station write head: {kind: base}"
+        problems.append(Problem("system.head.id", f"must be the name of a mote, got {head.id!r}; {hint}"))
+    most_s = _MOST_FRAMES / site.rate_hz
+    if params.head.kind != "base" and params.deadline(site.rate_hz) > most_s:
+        must = f"must be at most {_MOST_FRAMES} frame periods, {most_s:.4g} s, where a mote is the head"
+        problems.append(Problem("system.deadline_s", f"{must}, got {params.deadline_s} [s]"))
+    if problems:
+        raise ScenarioError(problems)
 
 
 def make_program(params: ScanlineParams, site: Site, node: NodeId, role: Role) -> Program:
@@ -52,7 +60,7 @@ def make_program(params: ScanlineParams, site: Site, node: NodeId, role: Role) -
 
     Raises
     ------
-    ScenarioError : the deployment is none for this system, or the head is no mote
+    ScenarioError : the deployment is none for this system, or the head is no mote or waits too long
     """
     _check_head(params, site)
     # compiled kernels come in with the tracker: a scenario is checked without them
