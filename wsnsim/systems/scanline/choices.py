@@ -1,5 +1,6 @@
 """What the scan-line system lets a scenario choose: one small section a choice, with its published form."""
 
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, Field
@@ -26,6 +27,15 @@ Corner: TypeAlias = Annotated[
     tuple[Annotated[float, Field(ge=-1e6, le=1e6)], Annotated[float, Field(ge=-1e6, le=1e6)]], _LISTS
 ]
 Polygon: TypeAlias = Annotated[tuple[Corner, ...], _LISTS]
+
+
+def kind_or(kind: str) -> Callable[[Any], Any]:
+    """Return what puts a kind into a section that does not name one."""
+
+    def filled_in(data: Any) -> Any:
+        return {"kind": kind, **data} if isinstance(data, Mapping) else data
+
+    return filled_in
 
 
 class Section(BaseModel, extra="forbid", frozen=True, allow_inf_nan=False):
@@ -213,7 +223,9 @@ class KalmanTracker(Section):
     )
 
 
-Tracker: TypeAlias = Annotated[ParticleTracker | KalmanTracker, Field(discriminator="kind")]
+Tracker: TypeAlias = Annotated[
+    ParticleTracker | KalmanTracker, Field(discriminator="kind"), BeforeValidator(kind_or("auxiliary"))
+]
 
 
 class Walk(Section):

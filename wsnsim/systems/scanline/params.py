@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self, TypeAlias
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from wsnsim.systems.base import SystemParams
 from wsnsim.systems.scanline.choices import (
@@ -17,6 +17,7 @@ from wsnsim.systems.scanline.choices import (
     Tracker,
     VirtualOccluders,
     Walk,
+    kind_or,
 )
 from wsnsim.systems.scanline.rules import PixelFrontEnd
 from wsnsim.types import Seconds
@@ -26,7 +27,9 @@ PUBLISHED: Mapping[str, Any] = {
     "walk": {"memory": 0.7, "noise_sd_m": 0.066},
 }
 """What `preset: published` puts in where a key is not given: the printed forms."""
-FrontEndRules: TypeAlias = Annotated[MeasurementFrontEnd | PixelFrontEnd, Field(discriminator="kind")]
+FrontEndRules: TypeAlias = Annotated[
+    MeasurementFrontEnd | PixelFrontEnd, Field(discriminator="kind"), BeforeValidator(kind_or("measurement"))
+]
 
 TRACK_PERIODS = 2.0
 """How long after a frame's deadline the base station waits for the track of a head that is a mote, in frame
