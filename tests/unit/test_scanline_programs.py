@@ -268,3 +268,13 @@ def test_of_more_blobs_than_a_message_holds_the_widest_are_told(room):
     assert blobs.shape == (255, 2)
     np.testing.assert_allclose(blobs[10] * 160.0, ends[10])
     assert (np.diff(blobs.ravel()) >= 0.0).all()
+
+
+def test_a_place_far_beside_the_line_is_told_as_the_farthest_that_a_message_holds(room):
+    program = POST["Post"](room, BASE).programs["c1"]
+    told = {}
+    for value_px in (900.0, -900.0, 190.0, float("nan")):  # half the line is 160 px wide
+        frame = POST["Frame"](1, 1.0 / RATE_HZ, "c1", lambda: None, Measured(Reading(value_px)))
+        (send,) = program.on_frame(POST["Context"]("c1", 0.1, 1.0), frame).sends
+        told[value_px] = ScanLinePayload.decode(send.payload.encode()).share
+    assert list(told.values()) == [1.25, -1.25, pytest.approx(190.0 / 160.0, abs=4e-5), None]

@@ -302,9 +302,10 @@ def test_whole_lines_do_not_fit_into_a_bearing(room, priors):
     assert f"message must be scan_line, jpeg or null where priors are {priors}, got bearing" in said
 
 
-def test_a_mote_waits_no_longer_than_frames_can_be_told_apart(room):
-    said = refused(room, "system.deadline_s=20", "system.head={kind: node, id: c1}")
-    assert "system.deadline_s: must be at most 128 frame periods, 17.07 s, where a mote is the head" in said
+@pytest.mark.parametrize("head", ["{kind: base}", "{kind: node, id: c1}"])
+def test_a_head_waits_no_longer_than_frames_can_be_told_apart(room, head):
+    said = refused(room, "system.deadline_s=20", f"system.head={head}")
+    assert "system.deadline_s: must be at most 128 frame periods, 17.07 s, for frames" in said
 
 
 @pytest.mark.parametrize("message", ["jpeg", "scan_line"])

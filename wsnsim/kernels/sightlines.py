@@ -7,6 +7,7 @@ inside where nx x + ny y ≤ c.
 
 import numpy as np
 
+from wsnsim.kernels.crowd import is_free
 from wsnsim.kernels.jit import kernel
 from wsnsim.types import BoolArray, FloatArray, IntArray
 
@@ -137,15 +138,7 @@ def free_of_walls(
     """
     free = np.empty(len(points), np.bool_)
     for i in range(len(points)):
-        x, y = points[i, 0], points[i, 1]
-        inside = x >= low[0] + margin and x <= high[0] - margin
-        inside = inside and y >= low[1] + margin and y <= high[1] - margin
-        for p in range(len(starts) - 1):
-            beyond = -np.inf
-            for e in range(starts[p], starts[p + 1]):
-                beyond = max(beyond, half_planes[e, 0] * x + half_planes[e, 1] * y - half_planes[e, 2])
-            inside = inside and beyond >= margin
-        free[i] = inside
+        free[i] = is_free(points[i, 0], points[i, 1], margin, low, high, half_planes, starts)
     return free
 
 

@@ -17,9 +17,9 @@ from wsnsim.types import FloatArray, IntArray
 _FRONT = struct.Struct("<BB")
 _LINE = "<i2"
 _UNSEEN = -32_768
-_WIDEST = 1.25
-"""Noise may put the object a little beside the end of a scan line."""
-_LINE_QUANTUM = _WIDEST / 32_767.0
+WIDEST = 1.25
+"""Of a place in the scan line, in half widths: noise may put the object a little beside its end."""
+_LINE_QUANTUM = WIDEST / 32_767.0
 MOST_BLOBS = 255
 """In a scan line, whose number one byte tells."""
 _ROOM = 65_535.0
@@ -327,8 +327,8 @@ def _opened(data: bytes, tag: int, kind: str) -> tuple[int, memoryview]:
 
 def _packed_line(shares: FloatArray) -> bytes:
     """Encode places in a scan line (n,), NaN as unseen."""
-    if not (np.abs(shares[~np.isnan(shares)]) <= _WIDEST).all():
-        raise EncodeError(f"scan_line: places must be within ±{_WIDEST} half widths, got {shares.tolist()}")
+    if not (np.abs(shares[~np.isnan(shares)]) <= WIDEST).all():
+        raise EncodeError(f"scan_line: places must be within ±{WIDEST} half widths, got {shares.tolist()}")
     codes = np.where(np.isnan(shares), _UNSEEN, np.rint(np.nan_to_num(shares) / _LINE_QUANTUM))
     return codes.astype(_LINE).tobytes()
 

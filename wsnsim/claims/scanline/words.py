@@ -71,10 +71,10 @@ object would be.
 RADIO = """\
 Eight cameras with the block at 7.5 frames a second, 1,000 steps (JPEG: 20), motes Imote2 at 416 MHz with
 radios always on, the base station as the cluster head. Bytes on the air are those of all frames, with
-headers, repeats and acknowledgements. A report is heard in time if it is there .9 frame periods after its
-frame. The motes that measure the occluders' places for *kalman* and *perfect* do so for nothing here: no
-sensor for it is reckoned with. Energies are of a camera's node; processing is priced by the pixel
-(difference to the background, threshold, sum of the columns) whatever is said of it.
+headers, repeats and acknowledgements. A report is heard in time if it is there 200 ms after its frame, one
+and a half frame periods. The motes that measure the occluders' places for *kalman* and *perfect* do so for
+nothing here: no sensor for it is reckoned with. Energies are of a camera's node; processing is priced by the
+pixel (difference to the background, threshold, sum of the columns) whatever is said of it.
 """
 DIFFERENCES = """\
 ## What is not as in the paper

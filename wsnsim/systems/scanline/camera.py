@@ -7,7 +7,7 @@ import numpy as np
 from wsnsim.hardware.work import Work
 from wsnsim.messages.base import Payload
 from wsnsim.messages.image_part import parts_of_image
-from wsnsim.messages.scanline import MOST_BLOBS, PlacesPayload, ScanLinePayload
+from wsnsim.messages.scanline import MOST_BLOBS, WIDEST, PlacesPayload, ScanLinePayload
 from wsnsim.systems.base import Site
 from wsnsim.systems.scanline.jpeg import compressed
 from wsnsim.systems.scanline.params import ScanlineParams
@@ -90,7 +90,8 @@ class Eye:
 
     def _line(self, step: int, reading: Reading) -> ScanLinePayload:
         edge = self._camera.half_width_px
-        share = None if np.isnan(reading.value_px) else reading.value_px / edge
+        place = reading.value_px / edge
+        share = None if np.isnan(place) else float(np.clip(place, -WIDEST, WIDEST))
         blobs = _widest(reading.blobs) / edge if self._params.says_lines else None
         return ScanLinePayload(step & 0xFF, share, blobs)
 

@@ -25,16 +25,17 @@ class Darkroom:
     """
 
     def __init__(self, params: ScanlineParams, site: Site) -> None:
+        self._rules = params.front_end
         self._site = site
         self._readers: dict[NodeId, PixelReader] = {}
-        if isinstance(params.front_end, PixelFrontEnd):
-            self._readers = {name: PixelReader(params.front_end, site, name) for name in site.cameras}
         self._parts: dict[NodeId, tuple[int, list[ImagePartPayload]]] = {}
+        """Of each camera the first frame that is still wanted, and what came of it."""
 
     def take(self, step: int, node: NodeId, part: ImagePartPayload) -> tuple[Reading | None, Work]:
         """Return what a camera's image shows, as soon as it is whole, and the work of opening and reading it.
 
-        Parts of a frame before the one that is being put together come too late.
+        Parts of a frame before the one that is being put together come too late, and so do those of one that
+        was whole.
 
         Raises
         ------
@@ -48,9 +49,17 @@ class Darkroom:
         parts = [*parts, part]
         self._parts[node] = (step, parts)
         data = joined(parts)
-        if data is None or len(parts) > part.parts:
+        if data is None:
             return None, Work()
+        self._parts[node] = (step + 1, [])
         width, height = self._site.cameras[node].resolution_px
         image = opened(data, (width, height))
-        reading, work = self._readers[node].read(image)
+        reading, work = self._reader(node).read(image)
         return reading, work + coding_work(width * height, len(data))
+
+    def _reader(self, node: NodeId) -> PixelReader:
+        """Return what reads a camera's images; it takes pictures of the object first."""
+        if node not in self._readers:
+            assert isinstance(self._rules, PixelFrontEnd)
+            self._readers[node] = PixelReader(self._rules, self._site, node)
+        return self._readers[node]

@@ -31,7 +31,7 @@ FrontEndRules: TypeAlias = Annotated[
     MeasurementFrontEnd | PixelFrontEnd, Field(discriminator="kind"), BeforeValidator(kind_or("measurement"))
 ]
 
-TRACK_PERIODS = 2.0
+_TRACK_PERIODS = 2.0
 """How long after a frame's deadline the base station waits for the track of a head that is a mote, in frame
 periods: one for the head's work, one for the way."""
 _WHOLE_LINES = ("hull", "scan_lines")
@@ -59,8 +59,8 @@ class ScanlineParams(SystemParams):
     )
     message: Literal["bearing", "scan_line", "jpeg"] | None = Field(
         None,
-        description="what a camera sends: bearing, 4 bytes; scan_line: 4 bytes a blob more; jpeg: the image, "
-        "from which the head takes the rest; null: what the priors need",
+        description="what a camera sends: bearing, 4 bytes; scan_line: 1 byte more, and 4 a blob; jpeg: the "
+        "image, from which the head takes the rest; null: what the priors need",
     )
     jpeg_quality: int = Field(75, ge=1, le=95, description="of jpeg messages, as libjpeg counts [-]")
     jpeg_part_bytes: int = Field(
@@ -137,7 +137,7 @@ class ScanlineParams(SystemParams):
 
     def settle_s(self, rate_hz: float) -> Seconds:
         """Return how long after a frame the base station waits for its estimate [s]."""
-        way_s = 0.0 if self.head.kind == "base" else TRACK_PERIODS / rate_hz
+        way_s = 0.0 if self.head.kind == "base" else _TRACK_PERIODS / rate_hz
         return self.deadline(rate_hz) + way_s
 
 

@@ -11,7 +11,8 @@ class PixelFrontEnd(Section):
     """Scan lines from images: background subtraction, vertical sums, a threshold, blobs (Sec. 3)."""
 
     kind: Literal["pixels"] = Field(
-        description="pixels: from the images, by background subtraction, vertical sums and a threshold"
+        description="pixels: from the images, by background subtraction, vertical sums and a threshold; the "
+        "cameras stand exactly where they are believed to"
     )
     foreground_sd: float = Field(
         4.5,

@@ -26,9 +26,6 @@ from wsnsim.world.crowd import Crowd
 from wsnsim.world.motion import TimedPath, interpolate
 from wsnsim.world.world import World
 
-_MOST_SHARE = 1.25
-"""Beyond it, in half widths, a place in the scan line is cut: noise may put it a little beside the line."""
-
 Occluders = Callable[[Seconds], FloatArray]
 """Gives the occluders' places (k, 2) at an instant [m]."""
 
@@ -126,9 +123,7 @@ class ScanSensor:
     def _value(self, place: FloatArray, generator: np.random.Generator) -> float:
         """Return z, drawn whether or not it is used: which draws belong to which step hangs on nothing."""
         noise = self._truth.stage.rig.noise
-        value = float(measure(self._real, place, noise, generator, white_pose=self._white))
-        edge = _MOST_SHARE * self._camera.half_width_px
-        return min(max(value, -edge), edge)
+        return float(measure(self._real, place, noise, generator, white_pose=self._white))
 
     def _blobs(self, truth: Truth, visible: bool, step: int) -> FloatArray:
         noise, generator = truth.stage.rig.noise, self._streams.stream("scanline.line", self._name, step)

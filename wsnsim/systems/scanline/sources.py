@@ -146,10 +146,10 @@ class Filtered:
         self._beliefs = stepped(self._beliefs, measured, self._sd_m, self._q, stage.walk.speed)
         room = stage.rig.room
         widest = largest_sd_m(room) ** 2
-        known = self._beliefs.known
-        means = np.where(known[:, np.newaxis], self._beliefs.places, room.centre)
-        # who was not reported for long is somewhere in the room, and no farther away
-        variances = np.where(known, np.minimum(self._beliefs.variances, widest), widest)
+        # who was not reported for long is somewhere in the room, and not where he would have gone straight on
+        told = self._beliefs.known & (self._beliefs.variances < widest)
+        means = np.where(told[:, np.newaxis], self._beliefs.places, room.centre)
+        variances = np.where(told, self._beliefs.variances, widest)
         covs = variances[:, np.newaxis, np.newaxis] * np.eye(2)
         knowledge = self._rules.normal(means, covs, stage.radius_m)
         return knowledge, Work(float_ops=_KALMAN_FLOATS * stage.occluders)

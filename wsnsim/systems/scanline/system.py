@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from wsnsim.world.world import World
 
 _MOST_FRAMES = 128
-"""That a head that is a mote waits for reports: a track names its frame by one byte."""
+"""That a head waits for reports: they name their frame by one byte, and so do tracks, which come later."""
 
 
 @lru_cache(maxsize=1)
@@ -36,7 +36,7 @@ def _stage(params: ScanlineParams, site: Site) -> "Stage":
 
 
 def _check_head(params: ScanlineParams, site: Site) -> None:
-    """Make sure that the head exists, and that its tracks come while their frames can be told apart.
+    """Make sure that the head exists, and that what it hears and says comes while frames can be told apart.
 
     Raises
     ------
@@ -48,8 +48,8 @@ def _check_head(params: ScanlineParams, site: Site) -> None:
         hint = f'did you mean "{near[0]}"?' if near else "for the base station write head: {kind: base}"
         problems.append(Problem("system.head.id", f"must be the name of a mote, got {head.id!r}; {hint}"))
     most_s = _MOST_FRAMES / site.rate_hz
-    if params.head.kind != "base" and params.deadline(site.rate_hz) > most_s:
-        must = f"must be at most {_MOST_FRAMES} frame periods, {most_s:.4g} s, where a mote is the head"
+    if params.deadline(site.rate_hz) > most_s:
+        must = f"must be at most {_MOST_FRAMES} frame periods, {most_s:.4g} s, for frames to be told apart"
         problems.append(Problem("system.deadline_s", f"{must}, got {params.deadline_s} [s]"))
     if problems:
         raise ScenarioError(problems)
