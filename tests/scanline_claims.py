@@ -55,7 +55,7 @@ THE_OPPOSITE = {
     **{f"priors/{cell}": 2.0 for cell in ("none", "perfect", *(f"kalman-{sd}" for sd in SDS))},
     **{f"priors/{cell}-published": 2.0 for cell in ("none", "perfect")},
     "priors/stationary": 5.0, "priors/scan_lines": 5.0,
-    "tradeoff/N3-perfect": 2.0, "tradeoff/N5-none": 5.0, "tradeoff/N8-none": 5.0,
+    "tradeoff/N5-none": 5.0, "tradeoff/N8-none": 5.0,
     "occluders/M1-none": 2.0, "occluders/M1-perfect": 1.0, "occluders/M120-none": 3.0,
     "occluders/M120-perfect": 2.0, "occluders/M160-none": 7.0, "occluders/M160-perfect": 2.0,
     "hull/M10-ellipses": 4.5, "hull/M40-ellipses": 0.7,

@@ -37,7 +37,7 @@ def test_a_new_folder_for_traffic_runs_at_once(tmp_path: Path) -> None:
 def test_an_unknown_template_is_refused(tmp_path: Path) -> None:
     refused = wsnsim("init", "net", "--template", "radio", cwd=tmp_path)
     assert refused.returncode == 2
-    assert "'radio' is not one of 'cameras', 'traffic'" in refused.stderr
+    assert "'radio' is not one of 'cameras', 'scanline', 'traffic'" in refused.stderr
 
 
 def test_maps_need_cameras(scenarios: Path, tmp_path: Path) -> None:

@@ -137,3 +137,11 @@ def test_the_time_to_an_answer_ends_a_sentence():
     said = readiness(context(tables([answer(1, "c1", 1)], [estimate(1, 1, 1)])))
     assert said.replace("\u202f", " ") == "; a camera had its answer ready after 100 ms (median)"
     assert readiness(context(tables([], [estimate(1, 1, 0)]))) == ""
+
+
+def test_what_a_mote_as_cluster_head_missed_is_laid_to_it():
+    """Reports go to the mote: none stands among the answers to the base station, nor was one unsaid."""
+    rows = [answer(1, "c1", 1, kind="track"), answer(2, "c2", 1, to="c1", kind="scan_line")]
+    said = words(rows, [estimate(1, 3, 1)])
+    assert "The 2 missing are down to what a mote that was cluster head heard too late" in said
+    assert readiness(context(tables(rows, [estimate(1, 3, 1)]))) == ""

@@ -403,3 +403,29 @@ def test_a_run_in_which_nothing_happened_still_has_a_report(make_context):
     assert "Nothing out of the ordinary happened." in text
     assert "No estimate was made of any target." in text
     assert "nan" not in text.lower().split()
+
+
+def test_the_systems_choices_stand_under_the_title(make_context):
+    context = dataclasses.replace(make_context(), choices={"priors": "kalman", "head": "<elected>"})
+    page = render(context)
+    assert '<p class="soft">With priors “kalman”, head “&lt;elected&gt;”</p>' in page
+    assert '<p class="soft">With' not in render(make_context())
+
+
+def test_the_error_is_told_in_the_published_unit(make_context):
+    context = make_context()
+    rmse_m = context.summary["position_rmse_m"]
+    told = plain(words.information(dataclasses.replace(context, unit_m=rmse_m / 1.5)))
+    assert "1.50 units of " in told
+    for unit_m in (None, 1.0):
+        assert "units" not in words.information(dataclasses.replace(context, unit_m=unit_m))
+
+
+def test_motes_that_tracked_are_named_in_their_order(make_context):
+    context = make_context()
+    assert "Cluster head" not in words.information(context)
+    messages = context.tables["messages"]
+    mine = messages.head(3).assign(kind="track", source=["c3", "c1", "c1"])
+    several = dict(context.tables) | {"messages": pd.concat([messages, mine], ignore_index=True)}
+    told = plain(words.information(dataclasses.replace(context, tables=several)))
+    assert "Cluster heads were, in this order, c3 (1 track) and c1 (2 tracks)." in told

@@ -290,7 +290,9 @@ def virtual(corners):
     ],
 )
 def test_what_makes_no_sense_is_refused_with_its_place_and_what_must_hold(room, override, where, what):
-    said = refused(room, override)
+    # real people and virtual occluders do not mix
+    nobody = ("world.people=[]",) if "virtual" in override else ()
+    said = refused(room, override, *nobody)
     assert where in said
     assert what in said
     assert "room.yaml" in said or f"--set {override}" in said
@@ -340,14 +342,19 @@ def test_the_command_line_tells_where_and_runs_nothing(room, tmp_path, monkeypat
     assert not folder.exists()
 
 
+def test_real_and_virtual_occluders_do_not_mix(room):
+    said = refused(room, "system.virtual_occluders.count=3")
+    assert "must be null, or world.people nobody" in said
+    assert "got 5 people" in said
+
+
 @pytest.mark.parametrize("priors", ["none", "perfect", "kalman", "stationary", "hull", "scan_lines"])
 def test_a_room_without_occluders_is_like_any_other(room, priors):
     """M = 0, by an empty list, by a count, and by virtual occluders that are none."""
     empty = f"world.people=[{{id: walker, count: 0, shape: {DISC}, motion: {{kind: crowd}}}}]"
-    for keys in ("world.people=[]", empty, "system.virtual_occluders.count=0")[
-        : 3 if priors == "kalman" else 1
-    ]:
-        result = run(room, *IDEAL, keys, f"system.priors.kind={priors}")
+    virtual = ("world.people=[]", "system.virtual_occluders.count=0")
+    for keys in (("world.people=[]",), (empty,), virtual)[: 3 if priors == "kalman" else 1]:
+        result = run(room, *IDEAL, *keys, f"system.priors.kind={priors}")
         assert result.steps["error_m"].iloc[5:].mean() < 0.2
         assert "places" not in set(result.messages["kind"])
 

@@ -79,6 +79,7 @@ def _document(result: Run) -> dict[str, object]:
 
 _SHOWN = (
     ("position_error_mean_m", "mean position error", 1.0, "m"),
+    ("position_rmse_m", "root mean square", 1.0, "m"),
     ("reprojection_error_mean_px", "mean reprojection error", 1.0, "px"),
     ("lost_fraction", "targets lost", 100.0, "%"),
     ("unmeasured_steps", "steps without a measurement", 1.0, ""),

@@ -33,6 +33,8 @@ class ReportContext:
     walks : (n, 2) way from above of everybody who moves and is not tracked, by name [m]
     wait_s : how long after a frame the base station waits for what cameras say of it [s]; None: not known
     platforms : processor board of each node, by its name
+    choices : kind that each part of the tracking system was given, by the part's name
+    unit_m : length that counts as one unit beside the published figures [m]; None: the metre
     """
 
     name: str
@@ -50,3 +52,5 @@ class ReportContext:
     walks: Mapping[str, FloatArray] = field(default_factory=dict)
     wait_s: Seconds | None = None
     platforms: Mapping[NodeId, str] = field(default_factory=dict)
+    choices: Mapping[str, str] = field(default_factory=dict)
+    unit_m: float | None = None

@@ -10,13 +10,14 @@ from wsnsim.report.glossary import OUTCOMES, explained
 from wsnsim.report.losses import fused_on_the_way
 from wsnsim.report.wording import count, duration, listed, percent
 
-_PROCESSORS, _RADIO, _WAY, _STOPPED, _USELESS, _QUIET = (
+_PROCESSORS, _RADIO, _WAY, _STOPPED, _USELESS, _QUIET, _HEAD = (
     "the motes' processors",
     "the radio",
     "the radio or the wait of relays",
     "motes that had stopped",
     "messages that were of no use and set aside",
     "cameras that had nothing to say",
+    "what a mote that was cluster head heard too late, or had no time for",
 )
 
 _CULPRITS: Mapping[str, str] = {
@@ -82,8 +83,13 @@ def hearing_verdict(context: ReportContext, radio_is_told: bool) -> list[str]:
 
 def readiness(context: ReportContext) -> str:
     """Return when answers are ready, as the end of a sentence on the latency of estimates."""
-    ready_s = _told(context).ready_s
+    ready_s = None if _mote_tracks(context) else _told(context).ready_s
     return "" if ready_s is None else f"; a camera had its answer ready after {duration(ready_s)} (median)"
+
+
+def _mote_tracks(context: ReportContext) -> bool:
+    """Return whether cameras answer to a mote, which tells the base station of the target."""
+    return bool((context.tables["messages"]["kind"] == "track").any())
 
 
 @lru_cache(maxsize=1)
@@ -126,6 +132,9 @@ def _culprits(context: ReportContext, told: Answers) -> dict[str, dict[str, int]
     found: dict[str, dict[str, int]] = {}
     for reason, number in sorted(told.missing.items(), key=lambda item: -item[1]):
         culprit = _CULPRITS.get(reason, _RADIO)
+        if reason == SILENT and _mote_tracks(context):
+            # what reaches a mote does not reach the base station, nor the records of answers to it
+            culprit = _HEAD
         if reason in (LATE, "dropped_expired") and fused_on_the_way(context):
             culprit = _WAY
         found.setdefault(culprit, {})[reason] = number

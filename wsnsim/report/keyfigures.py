@@ -43,6 +43,7 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
         "RMS position error",
         "root of the mean squared distance; large errors count more",
         length,
+        True,
     ),
     KeyFigure(
         "reprojection_error_mean_px",

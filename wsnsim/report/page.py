@@ -41,6 +41,7 @@ def render(context: ReportContext) -> str:
     charts = {name: chart for name, chart in parts.pop("charts").items() if chart is not None}
     return template("page.html.j2").render(
         run=context,
+        chosen=words.chosen(context),
         base_supply=words.base_supply(context),
         key_rows=key_rows(context.summary, main=True),
         more_rows=key_rows(context.summary, main=False),

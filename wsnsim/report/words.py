@@ -7,7 +7,17 @@ from wsnsim.report.glossary import ENERGY_USES
 from wsnsim.report.hearing import hearing, hearing_verdict, readiness
 from wsnsim.report.losses import delivery, estimates_due, network_verdict, offered_load
 from wsnsim.report.timeline import turns
-from wsnsim.report.wording import count, duration, length, listed, percent, plural, quantity, with_unit
+from wsnsim.report.wording import (
+    count,
+    duration,
+    length,
+    listed,
+    number,
+    percent,
+    plural,
+    quantity,
+    with_unit,
+)
 
 
 def verdicts(context: ReportContext) -> list[str]:
@@ -50,7 +60,7 @@ def information(context: ReportContext) -> str:
     sentences = [
         f"The estimates were {length(figures['position_error_mean_m'])} from the true position on average "
         f"(median {length(figures['position_error_median_m'])}, "
-        f"root mean square {length(figures['position_rmse_m'])})"
+        f"root mean square {length(figures['position_rmse_m'])}{_in_units(context)})"
     ]
     if figures["reprojection_error_mean_px"] is not None:
         sentences[0] += (
@@ -64,8 +74,13 @@ def information(context: ReportContext) -> str:
         sentences.append(f"{share} the error of a prediction, not of a measurement.")
     told_above = bool(hearing_verdict(context, radio_is_told=bool(network_verdict(context))))
     heard = hearing(context, brief=told_above)
-    more = [*_measured(context), *heard, *_given_up(context), *_others(context)]
+    more = [*_measured(context), *heard, *_heads(context), *_given_up(context), *_others(context)]
     return " ".join([*sentences, _lost(context), *more])
+
+
+def chosen(context: ReportContext) -> str:
+    """Return what the parts of the tracking system are, where there is a choice."""
+    return ", ".join(f"{part} “{kind}”" for part, kind in context.choices.items())
 
 
 def base_supply(context: ReportContext) -> str:
@@ -74,6 +89,24 @@ def base_supply(context: ReportContext) -> str:
     base = nodes[nodes["role"] == "base"]
     supply = "on mains" if base["battery_capacity_j"].isna().all() else "on a battery of its own"
     return f"The base station is {supply} and not shown."
+
+
+def _in_units(context: ReportContext) -> str:
+    """Return the root mean square in the units of the published figures, where they are not metres."""
+    unit_m, rmse_m = context.unit_m, context.summary["position_rmse_m"]
+    if unit_m is None or unit_m == 1.0 or rmse_m is None:
+        return ""
+    return f", {number(rmse_m / unit_m)} units of {length(unit_m)}"
+
+
+def _heads(context: ReportContext) -> list[str]:
+    """Return which motes were the cluster head, where some were: those that told where the target is."""
+    messages = context.tables["messages"]
+    tracks = messages.loc[messages["kind"] == "track", "source"].value_counts(sort=False)
+    if tracks.empty:
+        return []
+    heads = [f"{node} ({plural(int(tracks[node]), 'track')})" for node in tracks.index]
+    return [f"Cluster head{' was' if len(heads) == 1 else 's were, in this order,'} {listed(heads)}."]
 
 
 def _lost(context: ReportContext) -> str:

@@ -42,7 +42,15 @@ def report_context(
         walks=_walks(simulation),
         wait_s=simulation.schedule.settle_s,
         platforms={name: node.platform.name for name, node in simulation.nodes.items()},
+        choices=_choices(loaded),
+        unit_m=getattr(loaded.system_params, "unit_m", None),
     )
+
+
+def _choices(loaded: LoadedScenario) -> dict[str, str]:
+    """Return the kind of each part of the system that has kinds, by the part's name."""
+    kinds = {name: getattr(part, "kind", None) for name, part in loaded.system_params}
+    return {name.replace("_", " "): kind.replace("_", " ") for name, kind in kinds.items() if kind}
 
 
 def _walks(simulation: Simulation) -> dict[str, FloatArray]:

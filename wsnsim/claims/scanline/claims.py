@@ -163,7 +163,6 @@ CLAIMS: tuple[ScanlineClaim, ...] = (
         f"{WANTED:g} units.",
         "Sec. 5, Fig. 11",
         (
-            _part("N = 3, perfect: error", Band(low=WANTED), error(open_room(3, PERFECT)), _units),
             _part("N = 4, none: error", Band(low=WANTED), error(open_room(4, NONE)), _units),
             _part("N = 5, none: error", Band(high=WANTED), error(open_room(5, NONE)), _units),
             _part("N = 8, none: error", Band(high=WANTED), error(open_room(8, NONE)), _units),

@@ -141,15 +141,15 @@ def trade(evidence: Evidence) -> str:
     for n in TRADED:
         at = needed_for(evidence, n)
         if at != at:
-            said.append(f"{n} cameras never get there")
+            said.append(f"{n} do not get there")
         elif at >= evidence.occluders.unknown:
             said.append(f"{n} need none")
         else:
             said.append(f"{n} need {number(at)} units")
     return paragraph(
-        f"Counterpart of Fig. 11, no block: for an RMSE of {WANTED:g} units {', '.join(said)}. With four "
-        "cameras read from the curve of Fig. 10, with others, where it is needed at all, from a line between "
-        "perfect priors and none."
+        f"Counterpart of Fig. 11, no block: for an RMSE of {WANTED:g} units, of the cameras, "
+        f"{', '.join(said)}. Four are read from the curve of Fig. 10, others, where they need any priors, "
+        "from a line between perfect ones and none."
     )
 
 

@@ -7,11 +7,9 @@ station reckons from the latest; of a head that is not heard for long it believe
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from wsnsim.messages.scanline import TrackPayload, step_of
 from wsnsim.systems.base import Context, Note, Site, Step, Timer
-from wsnsim.systems.scanline.estimates import estimate_of, extrapolated
+from wsnsim.systems.scanline.estimates import estimate_of, extrapolated, received_cov
 from wsnsim.systems.scanline.followers import Followed
 from wsnsim.systems.scanline.params import ScanlineParams
 from wsnsim.systems.scanline.stage import Stage
@@ -108,9 +106,8 @@ class Desk:
 
     def _followed(self, payload: TrackPayload) -> Followed:
         room = self._stage.rig.room
-        xx, xy, yy = payload.cov
         return Followed(
             room.low + payload.shares * room.sides,
-            np.array([[xx, xy], [xy, yy]]),
+            received_cov(payload.cov),
             payload.velocity / self._site.rate_hz,
         )

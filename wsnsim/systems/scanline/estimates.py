@@ -46,3 +46,11 @@ def extrapolated(stage: Stage, followed: Followed, steps: int) -> Followed:
     place = np.clip(followed.place + steps * followed.velocity, room.low, room.high)
     cov: FloatArray = followed.cov + 0.5 * (steps * stage.walk.speed) ** 2 * np.eye(2)
     return replace(followed, place=place, cov=cov, replaced=False)
+
+
+def received_cov(cov: FloatArray) -> FloatArray:
+    """Return the covariance (2, 2) that was rounded to (xx, xy, yy), never indefinite [m²]."""
+    xx, xy, yy = cov
+    most = float(np.sqrt(xx * yy))
+    xy = min(max(xy, -most), most)
+    return np.array([[xx, xy], [xy, yy]])

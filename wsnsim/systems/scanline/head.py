@@ -16,7 +16,7 @@ from wsnsim.messages.image_part import ImagePartPayload
 from wsnsim.messages.scanline import PlacesPayload, ScanLinePayload, TrackPayload, step_of
 from wsnsim.systems.base import Basis, Context, Note, Scope, Send, Site, Step, Timer
 from wsnsim.systems.scanline.darkroom import Darkroom
-from wsnsim.systems.scanline.estimates import estimate_of, extrapolated
+from wsnsim.systems.scanline.estimates import estimate_of, extrapolated, received_cov
 from wsnsim.systems.scanline.followers import Followed, follower_for
 from wsnsim.systems.scanline.occlusion import NoKnowledge
 from wsnsim.systems.scanline.params import ScanlineParams
@@ -89,11 +89,8 @@ class Tracking:
 
     def begin(self, place: FloatArray, cov: FloatArray) -> None:
         """Take over a track: the object is at a place (2,), known with a covariance (xx, xy, yy) [m²]."""
-        xx, xy, yy = cov
-        most = np.sqrt(xx * yy)
-        xy = float(np.clip(xy, -most, most))
         rounded = _LEAST_SD_M**2 * np.eye(2)
-        self._follower.begin(place, np.array([[xx, xy], [xy, yy]]) + rounded)
+        self._follower.begin(place, received_cov(cov) + rounded)
 
     def end(self, last: int) -> None:
         """Take no frame beyond one."""

@@ -27,14 +27,14 @@ class LineOfSight:
         self._camera = camera
         self._room = room
 
-    def blobs(self, camera: ScanCamera, centres: FloatArray, radius_m: float) -> FloatArray:
+    def blobs(self, camera: ScanCamera, centres: FloatArray, radii_m: FloatArray | float) -> FloatArray:
         """Return what discs on the floor leave in the scan line, ends of whole pixels.
 
         Parameters
         ----------
         camera : where it really stands in this frame
         centres : (k, 2) - of the discs [m]
-        radius_m : of all discs [m]
+        radii_m : of each disc (k,), or of all [m]
 
         Returns
         -------
@@ -42,7 +42,7 @@ class LineOfSight:
         """
         h, d = camera_frame(camera, centres)
         distances = np.hypot(h, d)
-        half = np.arcsin(np.minimum(radius_m / np.maximum(distances, radius_m), 1.0))
+        half = np.arcsin(np.minimum(radii_m / np.maximum(distances, radii_m), 1.0))
         angles = np.arctan2(h, d)
         within = np.abs(self._angles[:, np.newaxis] - angles) <= half
         shown = (within & (distances < self._walls[:, np.newaxis])).any(axis=1)

@@ -120,7 +120,7 @@ def sensor_for(rmse_m: float, acceleration_variance: float = CONSISTENT_Q) -> Vi
     return sensor
 
 
-def stationary(count: int, centre: FloatArray, sd_m: float) -> tuple[FloatArray, FloatArray]:
+def stationary(count: int, centre: FloatArray, sds_m: FloatArray | float) -> tuple[FloatArray, FloatArray]:
     """Return means (k, 2) and covariances (k, 2, 2) of occluders that are somewhere in the room.
 
     Without any sensor. It takes no account of how long an occlusion lasts: what hid the object from a
@@ -130,7 +130,7 @@ def stationary(count: int, centre: FloatArray, sd_m: float) -> tuple[FloatArray,
     ----------
     count : k, how many occluders there are
     centre : (2,) - of the room [m]
-    sd_m : RMSE_max of the paper on one axis [m]
+    sds_m : RMSE_max of the paper on each axis (2,), or on both [m]
     """
     means = np.broadcast_to(centre, (count, 2)).astype(np.float64)
-    return means, np.broadcast_to(sd_m**2 * np.eye(2), (count, 2, 2)).astype(np.float64)
+    return means, np.broadcast_to(sds_m**2 * np.eye(2), (count, 2, 2)).astype(np.float64)

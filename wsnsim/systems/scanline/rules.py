@@ -11,8 +11,12 @@ class PixelFrontEnd(Section):
     """Scan lines from images: background subtraction, vertical sums, a threshold, blobs (Sec. 3)."""
 
     kind: Literal["pixels"] = Field(
-        description="pixels: from the images, by background subtraction, vertical sums and a threshold; the "
-        "cameras stand exactly where they are believed to"
+        description="pixels: from the images, by background subtraction, vertical sums and a threshold"
+    )
+    pose_error: Literal["none", "bias"] = Field(
+        "none",
+        description="none: the cameras stand exactly where they are believed to; bias: the tracker's belief "
+        "is off by one draw of the noise's position_sd_m and angle_sd_rad each",
     )
     foreground_sd: float = Field(
         4.5,

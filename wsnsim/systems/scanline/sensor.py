@@ -128,8 +128,11 @@ class ScanSensor:
     def _blobs(self, truth: Truth, visible: bool, step: int) -> FloatArray:
         noise, generator = truth.stage.rig.noise, self._streams.stream("scanline.line", self._name, step)
         real = displaced(self._camera, noise, generator) if self._white else self._real
-        bodies = np.vstack([truth.occluders, truth.place[np.newaxis]]) if visible else truth.occluders
-        blobs = self._line.blobs(real, bodies, truth.stage.radius_m)
+        bodies, radii = truth.occluders, np.full(len(truth.occluders), truth.stage.radius_m)
+        if visible:
+            bodies = np.vstack([bodies, truth.place[np.newaxis]])
+            radii = np.append(radii, truth.stage.target_radius_m)
+        blobs = self._line.blobs(real, bodies, radii)
         edge = self._camera.half_width_px
         noisy = blobs + generator.normal(0.0, noise.read_sd_px, blobs.shape)
         # an end that leaves the image is told as the image's

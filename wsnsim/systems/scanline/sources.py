@@ -30,7 +30,7 @@ from wsnsim.systems.scanline.occlusion import (
 )
 from wsnsim.systems.scanline.params import ScanlineParams
 from wsnsim.systems.scanline.priors import CONSISTENT_Q, stationary
-from wsnsim.systems.scanline.stage import Stage, largest_sd_m
+from wsnsim.systems.scanline.stage import Stage, anywhere_sds_m
 from wsnsim.types import FloatArray, IntArray
 
 _KALMAN_FLOATS = 60.0
@@ -112,15 +112,17 @@ class Nothing:
 
 
 class Exact:
-    """Places without an error; who was not reported is nowhere."""
+    """Places without an error; who was not reported is taken to be where he was last."""
 
     def __init__(self, stage: Stage, detected: float) -> None:
         self._stage = stage
         self._detected = detected
+        self._places: dict[int, FloatArray] = {}
 
     def knowledge(self, heard: Heard, report: Report) -> tuple[Knowledge, Work]:
         """Return the places."""
-        places = np.array(list(heard.places.values())).reshape(-1, 2)
+        self._places |= heard.places
+        places = np.array(list(self._places.values())).reshape(-1, 2)
         return KnownPlaces(places, self._stage.radius_m, self._detected), Work()
 
 
@@ -145,12 +147,12 @@ class Filtered:
                 measured[number] = place
         self._beliefs = stepped(self._beliefs, measured, self._sd_m, self._q, stage.walk.speed)
         room = stage.rig.room
-        widest = largest_sd_m(room) ** 2
+        widest = anywhere_sds_m(room) ** 2
         # who was not reported for long is somewhere in the room, and not where he would have gone straight on
-        told = self._beliefs.known & (self._beliefs.variances < widest)
-        means = np.where(told[:, np.newaxis], self._beliefs.places, room.centre)
-        variances = np.where(told, self._beliefs.variances, widest)
-        covs = variances[:, np.newaxis, np.newaxis] * np.eye(2)
+        told = (self._beliefs.known & (self._beliefs.variances < widest.max()))[:, np.newaxis]
+        means = np.where(told, self._beliefs.places, room.centre)
+        variances = np.where(told, self._beliefs.variances[:, np.newaxis], widest)
+        covs = variances[:, np.newaxis] * np.eye(2)
         knowledge = self._rules.normal(means, covs, stage.radius_m)
         return knowledge, Work(float_ops=_KALMAN_FLOATS * stage.occluders)
 
@@ -160,8 +162,8 @@ class Somewhere:
 
     def __init__(self, stage: Stage, priors: StationaryPriors, rules: Rules) -> None:
         room = stage.rig.room
-        sd_m = largest_sd_m(room) if priors.sd_m is None else priors.sd_m
-        self._priors = rules.normal(*stationary(stage.occluders, room.centre, sd_m), stage.radius_m)
+        sds_m = anywhere_sds_m(room) if priors.sd_m is None else np.full(2, priors.sd_m)
+        self._priors = rules.normal(*stationary(stage.occluders, room.centre, sds_m), stage.radius_m)
 
     def knowledge(self, heard: Heard, report: Report) -> tuple[Knowledge, Work]:
         """Return the same for every frame."""

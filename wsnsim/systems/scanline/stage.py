@@ -12,10 +12,11 @@ from wsnsim.geometry.lens import undistort
 from wsnsim.geometry.polygons import is_convex
 from wsnsim.systems.base import Site
 from wsnsim.systems.scanline.choices import VirtualOccluders
-from wsnsim.systems.scanline.measurement import MeasurementNoise, ScanCamera
+from wsnsim.systems.scanline.measurement import MeasurementNoise, ScanCamera, displaced
 from wsnsim.systems.scanline.motion import WaypointWalk
 from wsnsim.systems.scanline.params import ScanlineParams
 from wsnsim.systems.scanline.regions import Rig, Room
+from wsnsim.systems.scanline.rules import PixelFrontEnd
 from wsnsim.types import FloatArray, NodeId
 from wsnsim.world.footprints import footprints
 
@@ -34,6 +35,7 @@ class Stage:
     target : name of the object
     start : (2,) - where it is at the beginning [m]
     height_m : at which it is
+    target_radius_m : of the object, seen from above [m]
     occluders : how many move about
     radius_m : of each [m]
     walk : how the object moves, a step a frame
@@ -44,6 +46,7 @@ class Stage:
     target: str
     start: FloatArray
     height_m: float
+    target_radius_m: float
     occluders: int
     radius_m: float
     walk: WaypointWalk
@@ -62,6 +65,10 @@ def stage_of(params: ScanlineParams, site: Site) -> Stage:
     ScenarioError : more or fewer targets than one, virtual blocks that are none, too many cameras, or one
         that is not level or in a wall
     """
+    if params.virtual_occluders is not None and site.floor.people:
+        message = "must be null, or world.people nobody: real and virtual occluders do not mix"
+        found = f"got {site.floor.people} people"
+        raise ScenarioError([Problem("system.virtual_occluders", f"{message}, {found}")])
     if len(site.targets) != 1:
         message = f"must be one, the object, where the system is scanline, got {len(site.targets)}"
         raise ScenarioError([Problem("world.targets", f"{message}; let the others be people")])
@@ -80,7 +87,7 @@ def stage_of(params: ScanlineParams, site: Site) -> Stage:
         raise ScenarioError(problems)
     noise = MeasurementNoise(params.noise.position_sd_m, params.noise.angle_sd_rad, params.noise.read_sd_px)
     try:
-        rig = Rig([scan_camera(camera) for camera in site.cameras.values()], noise, room)
+        rig = Rig(_believed(params, site, noise), noise, room)
     except ValueError as error:
         raise ScenarioError([Problem("cameras", str(error).removeprefix("cameras: "))]) from error
     walk = params.walk
@@ -90,6 +97,7 @@ def stage_of(params: ScanlineParams, site: Site) -> Stage:
         target=target.id,
         start=target.start.position[:2],
         height_m=height_m,
+        target_radius_m=float(target.semi_axes_m[:2].max()),
         occluders=site.floor.people if virtual is None else virtual.count,
         radius_m=site.floor.person_radius_m if virtual is None else 0.5 * virtual.diameter_m,
         walk=WaypointWalk(
@@ -101,6 +109,17 @@ def stage_of(params: ScanlineParams, site: Site) -> Stage:
             walk.under_way,
         ),
     )
+
+
+def _believed(params: ScanlineParams, site: Site, noise: MeasurementNoise) -> list[ScanCamera]:
+    """Return the cameras where they are believed to be: real images come from where they really are."""
+    cameras = [scan_camera(camera) for camera in site.cameras.values()]
+    if not (isinstance(params.front_end, PixelFrontEnd) and params.front_end.pose_error == "bias"):
+        return cameras
+    return [
+        displaced(camera, noise, site.streams.stream("scanline.pose", name))
+        for name, camera in zip(site.cameras, cameras, strict=True)
+    ]
 
 
 def _blocks(virtual: VirtualOccluders | None, size_m: FloatArray) -> tuple[FloatArray, ...]:
@@ -157,10 +176,10 @@ def _fault(camera: PinholeCamera, room: Room, virtual: int) -> str | None:
     return None
 
 
-def largest_sd_m(room: Room) -> float:
-    """Return the standard deviation on each axis of who is anywhere in the room, a little less at its sides.
+def anywhere_sds_m(room: Room) -> FloatArray:
+    """Return the standard deviations (2,) of the place of who is anywhere in the room, along its sides [m].
 
-    Walkers between uniform waypoints are at its middle more often than at its sides: .213 of a side in the
-    paper's room, against .289 of a uniform distribution.
+    Walkers between uniform waypoints are at its middle more often than at its sides: .213 of a side, the
+    paper's RMSE_max of 21.3 units on each axis, against .289 of a uniform distribution.
     """
-    return 0.213 * float(np.sqrt(np.prod(room.sides)))
+    return np.asarray(0.213 * room.sides)
