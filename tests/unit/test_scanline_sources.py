@@ -94,6 +94,6 @@ def test_believed_poses_are_off_by_the_noise_where_pixels_have_a_bias(tmp_path):
         for one, other in zip(exact.cameras, biased.cameras, strict=True)
     ]
     sizes = np.hypot(*np.array(ways).T)
-    # the length of two normal errors of that deviation is between a hundredth and four of it, but for 1 in 10,000
+    # of the lengths of two normal errors one in some thousand is beyond these bounds
     assert ((sizes > 0.01 * exact.noise.position_sd_m) & (sizes < 4.3 * exact.noise.position_sd_m)).all()
     assert exact.cameras[0].half_width_px == biased.cameras[0].half_width_px
