@@ -1,5 +1,7 @@
 """The measurement's variance, Eq. 4 and the motion model's mean, against sampling and quadrature."""
 
+from math import atan2, cos, erf, sin, sqrt
+
 import numpy as np
 import pytest
 
@@ -16,7 +18,7 @@ from wsnsim.systems.scanline.measurement import (
     variance,
 )
 from wsnsim.systems.scanline.motion import CHANGE, TOWARDS, WAIT, Walkers, WaypointWalk, mean_direction
-from wsnsim.systems.scanline.occlusion import NormalPriors, printed_coverage
+from wsnsim.systems.scanline.occlusion import NormalPriors
 from wsnsim.systems.scanline.regions import Rig, Room
 
 CAMERA = ScanCamera((50.0, 0.0), np.pi / 2, 320.0, np.pi / 2)
@@ -74,6 +76,31 @@ def test_measurements_have_the_models_errors(test_seed):
 def test_missing_is_not_blind():
     heard = report(np.array([1.0, np.nan, 2.0]))
     assert (heard.seeing, heard.blind) == (0b101, 0b010)
+
+
+def printed_coverage(place, mean, sd, ratio, diameter):
+    """Return Eq. 4 as printed: the camera at the origin, the axes those of the occluder's covariance.
+
+    Parameters
+    ----------
+    place : (2,) x, of the object [m]
+    mean : (2,) μ, of the occluder's place [m]
+    sd : σ along the first axis [m]
+    ratio : α at least 1: the variance along the second axis is σ²/α
+    diameter : D of the occluder [m]
+    """
+    angle = atan2(place[1], place[0])
+    first = np.array([cos(angle), sqrt(ratio) * sin(angle)])
+    scaled = sqrt(2.0) * sd * float(np.linalg.norm(first))
+    second = np.array([cos(angle), ratio * sin(angle)])
+    across = float(mean[1] * cos(angle) - mean[0] * sin(angle))
+    along = float(mean @ second)
+    reach = float(np.linalg.norm(place) * (first @ first))
+    width = sqrt(ratio) / scaled
+    return 0.25 * (
+        (erf(width * (0.5 * diameter - across)) + erf(width * (0.5 * diameter + across)))
+        * (erf((reach - along) / scaled) + erf(along / scaled))
+    )
 
 
 def test_eq_4_in_the_principal_frame_is_ours(test_seed):

@@ -11,7 +11,7 @@ probability 1 − `detected` (end of Sec. 4.3).
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
-from math import atan2, cos, erf, sin, sqrt
+from math import sqrt
 from typing import Literal, Protocol
 
 import numpy as np
@@ -303,28 +303,3 @@ def joint_probability(
 def _not_below_0(probabilities: FloatArray, joint: Joint) -> FloatArray:
     """Return p(η): subset sums cancel, and what is below 0 is so by rounding."""
     return np.maximum(probabilities, 0.0) if joint == "subsets" else probabilities
-
-
-def printed_coverage(place: FloatArray, mean: FloatArray, sd: float, ratio: float, diameter: float) -> float:
-    """Return Eq. 4 as printed: the camera at the origin, the axes those of the occluder's covariance.
-
-    Parameters
-    ----------
-    place : (2,) x, of the object [m]
-    mean : (2,) μ, of the occluder's place [m]
-    sd : σ along the first axis [m]
-    ratio : α at least 1: the variance along the second axis is σ²/α
-    diameter : D of the occluder [m]
-    """
-    angle = atan2(place[1], place[0])
-    first = np.array([cos(angle), sqrt(ratio) * sin(angle)])
-    scaled = sqrt(2.0) * sd * float(np.linalg.norm(first))
-    second = np.array([cos(angle), ratio * sin(angle)])
-    across = float(mean[1] * cos(angle) - mean[0] * sin(angle))
-    along = float(mean @ second)
-    reach = float(np.linalg.norm(place) * (first @ first))
-    width = sqrt(ratio) / scaled
-    return 0.25 * (
-        (erf(width * (0.5 * diameter - across)) + erf(width * (0.5 * diameter + across)))
-        * (erf((reach - along) / scaled) + erf(along / scaled))
-    )
