@@ -1,4 +1,4 @@
-"""The studies behind the page, and where in them the runs of a setting are."""
+"""All that the page rests on, and where in it the runs of a setting are."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -7,81 +7,25 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from wsnsim.claims.results import Results, StudyFile, read_results
+from wsnsim.claims.results import Results, read_results
 from wsnsim.claims.scanline.speed import Speed, read_speed
-
-NONE, KALMAN, PERFECT = "none", "kalman", "perfect"
-PRIORS = (NONE, KALMAN, PERFECT)
-"""What is known of the occluders in the paper's figures: nothing, a Kalman filter's places, everything."""
-PAPER_SD = 8
-"""σ_v of Fig. 9, in units."""
-SDS = (2, 4, 8, 16)
-"""σ_v of Fig. 10, in units."""
-BEYOND = ("stationary", "scan_lines")
-"""Kinds of knowledge that the paper does not try."""
-DEFAULT, PUBLISHED = "default", "published"
-FORMS = (PUBLISHED, DEFAULT)
-CAMERAS = (2, 3, 4, 6, 8)
-TRADED = (3, 4, 5, 6, 8)
-CROWDS = (1, 10, 20, 40, 80, 120, 160)
-LAB_CAMERAS = (2, 4, 8, 12, 16)
-USUAL_CAMERAS = 4
-KALMAN_TRACKERS = ("extended", "unscented", "map")
-PARTICLE_TRACKERS = ("auxiliary", "printed", "plain")
-HULL_CROWDS = (10, 40)
-HULLS = ("none", "ellipses", "polygons", "scan_lines")
+from wsnsim.claims.scanline.studies import (
+    BENCH,
+    DEFAULT,
+    KALMAN,
+    PAPER_SD,
+    PUBLISHED,
+    RADIO_STUDY,
+    STUDIES,
+    USUAL_CAMERAS,
+    units_m,
+)
 
 RMSE = "position_rmse_m"
 BYTES, ON_AIR, JOULES = "app_bytes_per_step", "mac_bytes_per_step", "energy_per_step_j"
 CYCLES, HEARD, LATE = "cpu_cycles_per_step", "heard_ratio", "latency_p95_s"
 FIGURES = (RMSE, "position_error_median_m", BYTES, ON_AIR, HEARD)
 """Figures of the table of all runs."""
-UNIT_M, INCH_M = 0.2, 0.0254
-BENCH = "scanline-bench.json"
-"""What `wsnsim bench scanline --json` printed, in the folder of the sweeps."""
-
-_STUDIES = "scenarios/studies"
-
-
-def _study(name: str, cells: tuple[str, ...], keeps_steps: bool = False) -> StudyFile:
-    return StudyFile(f"scanline-{name}", f"{_STUDIES}/scanline_{name}.yaml", cells, keeps_steps)
-
-
-CAMERA_STUDY = _study("cameras", tuple(f"N{n}-{prior}" for n in CAMERAS for prior in PRIORS))
-PRIOR_STUDY = _study(
-    "priors",
-    (
-        NONE,
-        PERFECT,
-        *(f"{KALMAN}-{sd}" for sd in SDS),
-        *BEYOND,
-        *(f"{cell}-{PUBLISHED}" for cell in (NONE, PERFECT)),
-    ),
-)
-TRADE_STUDY = _study(
-    "tradeoff", tuple(f"N{n}-{prior}" for n in TRADED if n != USUAL_CAMERAS for prior in (NONE, PERFECT))
-)
-CROWD_STUDY = _study("occluders", tuple(f"M{m}-{prior}" for m in CROWDS for prior in (NONE, PERFECT)))
-TRACKER_STUDY = _study(
-    "trackers",
-    (*(f"{tracker}-{prior}" for tracker in PARTICLE_TRACKERS for prior in (NONE, PERFECT)), *KALMAN_TRACKERS),
-)
-HULL_STUDY = _study("hull", tuple(f"M{m}-{kind}" for m in HULL_CROWDS for kind in HULLS))
-LAB_STUDY = _study("lab", tuple(f"N{n}-{prior}" for n in LAB_CAMERAS for prior in PRIORS))
-RADIO_CELLS = ("bearing", "stationary", "kalman", "perfect", "scan_line", "jpeg")
-ALONE = "jpeg-alone"
-"""A single camera that sends an image in ten seconds: all of it arrives."""
-RADIO_STUDY = _study("radio", (*RADIO_CELLS, ALONE))
-STUDIES = (
-    CAMERA_STUDY,
-    PRIOR_STUDY,
-    TRADE_STUDY,
-    CROWD_STUDY,
-    TRACKER_STUDY,
-    HULL_STUDY,
-    LAB_STUDY,
-    RADIO_STUDY,
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +41,7 @@ class Place:
 
     results: Results
     cell: str
-    unit_m: float = UNIT_M
+    unit_m: float
 
     def rmse(self) -> "pd.Series[float]":
         """Return the runs' root mean square errors over both axes, by seed [unit]."""
@@ -107,19 +51,35 @@ class Place:
         """Return another figure of the runs, by seed."""
         return self.results.figure(self.cell, key)
 
+    @property
+    def steps(self) -> int:
+        """Frames of a run."""
+        return int(self.figure("steps").iloc[0])
+
 
 @dataclass(frozen=True)
-class Occluders:
-    """How well the occluders are known, in the room without the block.
+class Known:
+    """How well a room's occluders are known without a look at the object, and the object; over both axes.
 
     Parameters
     ----------
-    rmse : over both axes, by σ_v in units [unit]
-    unknown : of who is said to be at the room's centre: the paper's RMSE_max, over both axes [unit]
+    filters : errors of the Kalman filters of the occluders, by kind of priors [unit]
+    occluders : error of who takes all occluders to be in the room's centre: the paper's RMSE_max [unit]
+    target : error of who takes the object to be there, the dotted line of Fig. 9 [unit]
     """
 
-    rmse: Mapping[int, float]
-    unknown: float
+    filters: Mapping[str, float]
+    occluders: float
+    target: float
+
+
+@dataclass(frozen=True)
+class Rooms:
+    """The three rooms: with the block (Fig. 9), without it (Figs. 10 to 12), the lab (Fig. 15)."""
+
+    block: Known
+    open: Known
+    lab: Known
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +90,8 @@ class Evidence:
     ----------
     cameras, priors, tradeoff, crowds, trackers, hull, lab, radio : the studies' results
     nodes : the table of nodes of the runs over the radio, by cell
-    occluders : how well the priors of Fig. 10 know the occluders
+    units_m : what each study's scenario calls a unit, by the study's name [m]
+    rooms : how well anybody knows where occluders and object are
     speed : CPU times of the tracker's step; None where nobody measured them
     form : the mended tracker, or the printed one
     """
@@ -144,7 +105,8 @@ class Evidence:
     lab: Results
     radio: Results
     nodes: Mapping[str, pd.DataFrame]
-    occluders: Occluders
+    units_m: Mapping[str, float]
+    rooms: Rooms
     speed: Speed | None = None
     form: str = field(default=DEFAULT)
 
@@ -196,15 +158,15 @@ class Evidence:
 
     def in_lab(self, cameras: int, prior: str) -> Place | None:
         """Return a setting of Fig. 15; its errors are in inches."""
-        return self._found(self.lab, f"N{cameras}-{prior}", INCH_M)
+        return self._found(self.lab, f"N{cameras}-{prior}")
 
     def on_air(self, cell: str) -> Place | None:
         """Return a setting over IEEE 802.15.4."""
         return self._found(self.radio, cell)
 
-    def _found(self, results: Results, cell: str, unit_m: float = UNIT_M) -> Place | None:
+    def _found(self, results: Results, cell: str) -> Place | None:
         name = f"{cell}-{PUBLISHED}" if self.form == PUBLISHED else cell
-        return Place(results, name, unit_m) if name in results else None
+        return Place(results, name, self.units_m[results.study.name]) if name in results else None
 
 
 def read_evidence(folder: Path) -> Evidence:
@@ -215,7 +177,7 @@ def read_evidence(folder: Path) -> Evidence:
     OutputError : a study, a cell or a run is missing
     """
     # compiled kernels come in with the filters: what is missing is said without them
-    from wsnsim.claims.scanline.occluders import measured_occluders
+    from wsnsim.claims.scanline.rooms import measured_rooms
 
     cameras, priors, tradeoff, crowds, trackers, hull, lab, radio = (
         read_results(study, folder / study.name) for study in STUDIES
@@ -230,7 +192,8 @@ def read_evidence(folder: Path) -> Evidence:
         lab,
         radio,
         nodes=read_nodes(radio, folder / RADIO_STUDY.name),
-        occluders=measured_occluders(PRIOR_STUDY),
+        units_m=units_m(),
+        rooms=measured_rooms(),
         speed=read_speed(folder / BENCH),
     )
 

@@ -6,15 +6,9 @@ import numpy as np
 import pandas as pd
 
 from wsnsim.claims.rules import exact
-from wsnsim.claims.scanline.evidence import (
-    DEFAULT,
-    KALMAN,
-    NONE,
-    PERFECT,
-    SDS,
-    Evidence,
-    Place,
-)
+from wsnsim.claims.scanline.evidence import Evidence, Place
+from wsnsim.claims.scanline.speed import Speed
+from wsnsim.claims.scanline.studies import DEFAULT, KALMAN, NONE, PERFECT, SDS, USUAL_CAMERAS
 from wsnsim.metrics.statistics import Interval, mean_interval, ratio_interval
 from wsnsim.types import FloatArray
 
@@ -109,8 +103,8 @@ def curve(evidence: Evidence) -> tuple[FloatArray, FloatArray] | None:
     found = [place for place in places if place is not None]
     if evidence.form != DEFAULT or len(found) < len(names):
         return None
-    known = evidence.occluders
-    at = np.array([0.0, *(known.rmse[sd] for sd in SDS), known.unknown])
+    known = evidence.rooms.open
+    at = np.array([0.0, *(known.filters[f"{KALMAN}-{sd}"] for sd in SDS), known.occluders])
     return at, np.array([place.rmse().to_numpy(np.float64) for place in found])
 
 
@@ -158,25 +152,54 @@ def needed(evidence: Evidence, wanted: float = WANTED) -> float:
     return float(at[-1])
 
 
+def needed_for(evidence: Evidence, cameras: int) -> float:
+    """Return how good priors must be for an error of 3 units; NaN where perfect ones do not do [unit].
+
+    With other than four cameras there are runs with perfect priors and with none only: where neither decides,
+    on the straight line between them.
+    """
+    if cameras == USUAL_CAMERAS:
+        return needed(evidence)
+    places = [evidence.open_room(cameras, prior) for prior in (PERFECT, NONE)]
+    perfect, none = (float(place.rmse().mean()) for place in places if place is not None)
+    worst = evidence.rooms.open.occluders
+    if perfect > WANTED:
+        return float("nan")
+    return worst if none <= WANTED else worst * (WANTED - perfect) / (none - perfect)
+
+
 def time_growth(prior: str, low: int, high: int) -> Measure:
     """Return a step's CPU time with `high` cameras over that with `low`."""
+    return _timed(lambda speed: speed.growth(prior, low, high))
 
-    def measure(evidence: Evidence) -> Interval | None:
-        if evidence.speed is None or evidence.form != DEFAULT:
-            return None
-        found = evidence.speed.growth(prior, low, high)
-        return None if found is None else exact(found)
 
-    return measure
+def time_growth_over(prior: str, other: str, low: int, high: int) -> Measure:
+    """Return the growth of a step's CPU time with some priors over that with others."""
+
+    def compared(speed: Speed) -> float | None:
+        above, below = speed.growth(prior, low, high), speed.growth(other, low, high)
+        return None if above is None or below is None else above / below
+
+    return _timed(compared)
 
 
 def time_over(prior: str, other: str, cameras: int) -> Measure:
     """Return a step's CPU time with some priors over that with others."""
+    return _timed(lambda speed: speed.over(prior, other, cameras))
+
+
+def over_twin(cameras: int) -> Measure:
+    """Return the CPU time of the plain-Python twin over that of a step with Gaussian priors."""
+    return _timed(lambda speed: speed.over_twin.get(cameras))
+
+
+def _timed(value: Callable[[Speed], float | None]) -> Measure:
+    """Return a number of the measured CPU times; they are those of the mended tracker."""
 
     def measure(evidence: Evidence) -> Interval | None:
         if evidence.speed is None or evidence.form != DEFAULT:
             return None
-        found = evidence.speed.over(prior, other, cameras)
+        found = value(evidence.speed)
         return None if found is None else exact(found)
 
     return measure
@@ -210,3 +233,11 @@ def energy_ratio(cell: str, other: str, components: tuple[str, ...]) -> Measure:
         return ratio_interval(*sums)
 
     return measure
+
+
+def head_cycles(evidence: Evidence, cell: str) -> float:
+    """Return the cluster head's cycles a frame, mean over the runs."""
+    nodes, place = evidence.nodes[cell], evidence.on_air(cell)
+    assert place is not None
+    head = nodes[nodes["role"] == "base"].groupby("seed")["cpu_cycles"].sum()
+    return float((head / place.figure("steps").loc[head.index]).mean())

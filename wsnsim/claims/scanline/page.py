@@ -8,10 +8,11 @@ from wsnsim.claims.made import provenance_table, studies_table
 from wsnsim.claims.markdown import picture
 from wsnsim.claims.record import record_text
 from wsnsim.claims.rules import Judgement, judged
-from wsnsim.claims.scanline import charts, tables, words
+from wsnsim.claims.scanline import charts, cost_charts, cost_words, findings, tables, words
 from wsnsim.claims.scanline.claims import CLAIMS
 from wsnsim.claims.scanline.evidence import FIGURES as RECORDED
-from wsnsim.claims.scanline.evidence import FORMS, Evidence, read_evidence
+from wsnsim.claims.scanline.evidence import Evidence, read_evidence
+from wsnsim.claims.scanline.studies import FORMS
 from wsnsim.claims.verdicts import details, overview
 from wsnsim.store.folder import write_text
 from wsnsim.store.writer import cannot_write
@@ -24,8 +25,8 @@ FIGURES: Mapping[str, Callable[[Evidence], str]] = {
     "occluders": charts.by_crowd,
     "times": charts.times,
     "lab": charts.in_lab,
-    "energy": charts.energy,
-    "radio": charts.bargain,
+    "energy": cost_charts.energy,
+    "radio": cost_charts.bargain,
 }
 """Each file of `reports/scanline/` and what draws it."""
 
@@ -69,50 +70,50 @@ def page(evidence: Evidence) -> str:
             words.HEAD,
             words.made_from(evidence, f"{NAME}.csv"),
             studies_table(evidence.studies),
-            words.CONVENTIONS,
+            words.conventions(evidence),
             "## The claims, one by one\n",
             words.RULE,
             overview(verdicts, FORMS),
             "## More cameras\n",
             _picture("cameras", "Error against the number of cameras, by kind of priors"),
-            words.cameras(evidence),
+            findings.cameras(evidence),
             tables.cameras(evidence),
             "## Better priors\n",
             _picture("priors", "Error of the tracker against that of the priors"),
-            words.priors(evidence),
+            findings.priors(evidence),
             tables.priors(evidence),
             "## Cameras for priors\n",
             _picture("tradeoff", "Error without the block, and how good priors must be for three units"),
-            words.trade(evidence),
+            findings.trade(evidence),
             tables.trade(evidence),
             "## More occluders\n",
             _picture("occluders", "Error against the number of occluders, and what priors bring"),
-            words.crowds(evidence),
+            findings.crowds(evidence),
             tables.crowd(evidence),
             "## Time\n",
             _picture("times", "CPU time of a step against the number of cameras"),
-            words.times(evidence),
+            findings.times(evidence),
             tables.times(evidence),
             "## The lab\n",
             _picture("lab", "Error in the lab against the number of cameras"),
-            words.lab(evidence),
+            findings.lab(evidence),
             tables.lab(evidence),
             "## Other trackers\n",
-            words.TRACKERS,
+            cost_words.trackers(evidence),
             tables.trackers(evidence),
             "## The visual hull\n",
-            words.HULLS,
+            cost_words.hulls(evidence),
             tables.hulls(evidence),
             "## What it costs, over IEEE 802.15.4\n",
-            words.RADIO,
-            _picture("energy", "Energy of a camera's node a frame, by component"),
-            words.costs(evidence),
+            cost_words.radio(evidence),
+            _picture("energy", "Energy of a camera's node a frame by component, and reports heard in time"),
+            cost_words.costs(evidence),
             tables.energy(evidence),
-            _picture("radio", "Error against bytes on the air and against joules"),
+            _picture("radio", "Error against bytes on the air and against joules of sending"),
             tables.radio(evidence),
             "## What decided each claim\n",
             details(verdicts, FORMS),
-            words.DIFFERENCES,
+            words.differences(evidence),
             "## Versions\n",
             provenance_table(evidence.studies),
             f"Figures: matplotlib {version('matplotlib')}.\n",

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from wsnsim.errors import OutputError
@@ -16,9 +16,12 @@ class Speed:
     Parameters
     ----------
     step_s : by kind of prior and number of cameras [s]
+    over_twin : how many times as long the likelihoods of a step with Gaussian priors take in plain Python,
+        by number of cameras
     """
 
     step_s: Mapping[tuple[str, int], Seconds]
+    over_twin: Mapping[int, float] = field(default_factory=dict)
 
     def growth(self, prior: str, low: int, high: int) -> float | None:
         """Return the ratio of the times with `high` and `low` cameras; None where one was not measured."""
@@ -47,14 +50,15 @@ def read_speed(path: Path) -> Speed | None:
         return None
     try:
         rows = json.loads(path.read_text("utf-8"))
-        times = {
-            (NAMES[row["what"].removeprefix(_STEP)], int(row["setup"].removeprefix(_CAMERAS))): 1e-3
-            * row["cpu_ms"]
+        steps = [
+            (NAMES[row["what"].removeprefix(_STEP)], int(row["setup"].removeprefix(_CAMERAS)), row)
             for row in rows
             if row["what"].startswith(_STEP)
-        }
+        ]
+        times = {(prior, cameras): 1e-3 * row["cpu_ms"] for prior, cameras, row in steps}
+        twins = {cameras: float(row["ratio"]) for _, cameras, row in steps if row.get("ratio") is not None}
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise OutputError(f"{path}: must be what `wsnsim bench scanline --json` prints; {error!r}") from error
     if not times:
         raise OutputError(f"{path}: must hold times of whole steps; run: wsnsim bench scanline --json")
-    return Speed(times)
+    return Speed(times, twins)

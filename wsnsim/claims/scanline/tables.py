@@ -4,36 +4,29 @@ from collections.abc import Callable, Sequence
 
 from wsnsim.claims.markdown import NONE as NOTHING
 from wsnsim.claims.markdown import mean_text, ratio_text, table
-from wsnsim.claims.scanline.claims import known, tracked
-from wsnsim.claims.scanline.evidence import (
+from wsnsim.claims.scanline.cost_charts import PARTS
+from wsnsim.claims.scanline.evidence import BYTES, CYCLES, HEARD, JOULES, LATE, ON_AIR, Evidence, Place, axis
+from wsnsim.claims.scanline.measures import COMPONENTS, energy_a_frame, head_cycles, ratio
+from wsnsim.claims.scanline.settings import known, tracked
+from wsnsim.claims.scanline.studies import (
     ALONE,
     BEYOND,
-    BYTES,
     CAMERAS,
     CROWDS,
-    CYCLES,
     FORMS,
-    HEARD,
     HULL_CROWDS,
     HULLS,
-    JOULES,
     KALMAN,
     KALMAN_TRACKERS,
     LAB_CAMERAS,
-    LATE,
     NONE,
-    ON_AIR,
     PARTICLE_TRACKERS,
     PERFECT,
     PRIORS,
     RADIO_CELLS,
     SDS,
     TRADED,
-    Evidence,
-    Place,
-    axis,
 )
-from wsnsim.claims.scanline.measures import COMPONENTS, energy_a_frame, ratio
 from wsnsim.metrics.statistics import Interval, mean_interval
 from wsnsim.report.wording import count, number, percent
 
@@ -46,7 +39,6 @@ _TRACKERS = {
     "plain": "particles, one stage",
     "printed": "particles, as printed",
 }
-_PARTS = {"radio_tx": "sending", "radio_rx": "receiving", "radio_listen": "listening"}
 
 
 def error_of(place: Place | None) -> Interval | None:
@@ -94,8 +86,8 @@ def priors(evidence: Evidence) -> str:
     heads = ["priors", "RMSE of the priors", _PER_AXIS]
     for form in FORMS:
         heads += [f"{form}: RMSE", _PER_AXIS, "over perfect"]
-    occluders = evidence.occluders
-    at = {PERFECT: 0.0, NONE: occluders.unknown} | {f"{KALMAN}-{sd}": occluders.rmse[sd] for sd in SDS}
+    room = evidence.rooms.open
+    at = {PERFECT: 0.0, NONE: room.occluders, **room.filters}
     rows = []
     for name in (PERFECT, *(f"{KALMAN}-{sd}" for sd in SDS), NONE, *BEYOND):
         row = [name]
@@ -110,7 +102,15 @@ def priors(evidence: Evidence) -> str:
 
 def trackers(evidence: Evidence) -> str:
     """Return the errors of the other trackers, with and without perfect priors."""
-    heads = ("tracker", "none", _PER_AXIS, "over the auxiliary filter", "perfect", _PER_AXIS)
+    heads = (
+        "tracker",
+        "none",
+        _PER_AXIS,
+        "over the auxiliary filter",
+        "worse than nothing",
+        "perfect",
+        _PER_AXIS,
+    )
     rows = []
     for name in (*PARTICLE_TRACKERS, *KALMAN_TRACKERS):
         cell = f"{name}-{NONE}" if name in PARTICLE_TRACKERS else name
@@ -120,6 +120,7 @@ def trackers(evidence: Evidence) -> str:
                 _TRACKERS[name],
                 *both(evidence.tracked(cell)),
                 NOTHING if over is None else ratio_text(over),
+                _lost(evidence.tracked(cell), evidence.rooms.open.target),
                 *both(evidence.tracked(f"{name}-{PERFECT}")),
             )
         )
@@ -175,23 +176,19 @@ def energy(evidence: Evidence) -> str:
     """Return the millijoules of a camera's node a frame, by component."""
     heads = (
         "setting",
-        *(_PARTS.get(each, each) for each in COMPONENTS),
+        *(PARTS[each] for each in COMPONENTS),
         "together",
         "the head's cycles a frame",
     )
     rows = []
     for cell in (*RADIO_CELLS, ALONE):
         parts = {name: 1e3 * float(values.mean()) for name, values in energy_a_frame(evidence, cell).items()}
-        place, nodes = evidence.on_air(cell), evidence.nodes[cell]
-        assert place is not None
-        head = nodes[nodes["role"] == "base"].groupby("seed")["cpu_cycles"].sum()
-        cycles = float((head / place.figure("steps").loc[head.index]).mean())
         rows.append(
             (
                 cell,
                 *(number(parts[each]) for each in COMPONENTS),
                 number(sum(parts.values())),
-                count(round(cycles)),
+                count(round(head_cycles(evidence, cell))),
             )
         )
     return table(heads, rows)
@@ -214,3 +211,11 @@ def times(evidence: Evidence) -> str:
 
 def _whole(place: Place, key: str) -> str:
     return count(round(float(place.figure(key).mean())))
+
+
+def _lost(place: Place | None, worst: float) -> str:
+    """Return how many runs have an error above one."""
+    if place is None:
+        return NOTHING
+    errors = place.rmse()
+    return f"{int((errors > worst).sum())} of {len(errors)}"
