@@ -66,7 +66,7 @@ class Setup:
     noise_sd: float = 0.4
     memory: float = 0.3
     joint: str = "subsets"
-    exponent: float = 1.0
+    exponent: float = 0.25
     wide: bool = False
     margin_px: float = 7.0
 

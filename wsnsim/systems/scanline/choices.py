@@ -203,9 +203,9 @@ class ParticleTracker(Section):
         "as printed, without the rescaling of Eq. 5",
     )
     visibility_exponent: Annotated[float, Field(gt=0, le=1)] = Field(
-        1.0,
+        0.25,
         description="of p(η) of normal priors; 1 as published takes the occlusions of successive frames as "
-        "independent, but they last: less keeps the tracker from being too sure of itself [-]",
+        "independent, but they last some frames: one over these keeps the tracker from being too sure [-]",
     )
     lost_sd: Annotated[float, Field(gt=0, le=1e3)] = Field(
         6.0, description="standard deviations by which all particles misfit when all are drawn anew [-]"

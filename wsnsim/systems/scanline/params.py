@@ -23,7 +23,7 @@ from wsnsim.systems.scanline.rules import PixelFrontEnd
 from wsnsim.types import Seconds
 
 PUBLISHED: Mapping[str, Any] = {
-    "tracker": {"kind": "printed", "joint": "printed"},
+    "tracker": {"kind": "printed", "joint": "printed", "visibility_exponent": 1.0},
     "walk": {"memory": 0.7, "noise_sd_m": 0.066},
 }
 """What `preset: published` puts in where a key is not given: the printed forms."""
