@@ -6,6 +6,10 @@ in the processor's cache, and the rest in another.
 Powers are whole numbers of a tiny unit: what a frame adds at its begin it takes
 away at its end to the last digit, however many frames have come and gone.
 
+Of a sender's links those come first whose frames a receiver may notice by
+themselves. What comes after them adds to sums and hardly ever does anything
+else; mixed, the processor would guess wrong at every other link.
+
 Where time has instants at which several frames begin and end, the power at a
 node is what it is when all of them are through: what was there for no time at
 all leaves no trace.
@@ -17,40 +21,44 @@ from wsnsim.types import IntArray
 TOTAL = 0
 """Sum of the powers that arrive now [unit of power]."""
 FLAGS = 1
-"""Sum of those of the following that hold."""
+"""Sum of those of the following that hold, of `ONE_LOUD` for each frame that arrives now and that a receiver
+would notice by itself, and of `ONE_LOCKED` times the number of the sender on whose frame it has locked,
+counted from 1."""
 WANTED, WATCHED, TOLD = 1, 2, 4
 """It receives a frame that is for it; it wants to know when the channel becomes busy or idle; what it was
 told last is busy."""
+ONE_LOUD, LOUD_SHIFT, LOUD_MASK = 1 << 8, 8, (1 << 24) - 1
+ONE_LOCKED, LOCKED_SHIFT, UNLOCKED = 1 << 32, 32, (1 << 32) - 1
 AIR_COLUMNS = 2
 
-LOUD = 0
-"""How many frames arrive now that a receiver would notice by themselves."""
-LOCKED = 1
-"""Sender of the frame that it is receiving, -1 for none."""
-DEAF_NS = 2
+DEAF_NS = 0
 """Until when it cannot lock on a frame: sending, turning round or off [ns]."""
-NOISE = 3
-"""Noise in the receiver [unit of power]."""
-STATE = 4
-"""What it does: one of the following states."""
-SINCE_NS = 5
-"""Since when; where it receives a frame, that is when the frame began [ns]."""
-UNLOCKED_NS = 6
+LOCKED_NS = 1
+"""When the frame began that it receives, or received last [ns]."""
+UNLOCKED_NS = 2
 """When it last stopped receiving a frame [ns]."""
-SPENT_NS = 6
-"""Plus the number of a state: time spent in it before that, listening excepted, which is the rest [ns]."""
-OPENED_NS = 11
-"""When it was first switched on [ns]."""
-ABOVE_NS = 12
+RECEIVED_NS = 3
+"""Time spent receiving frames before the present one [ns]."""
+ABOVE_NS = 4
 """Since when the total has been at the threshold of clear channel assessment or above [ns]."""
-BURST_NS = 13
+BURST_NS = 5
 """When a frame last began with the total at the threshold or above [ns]."""
-BELOW_NS = 14
+BELOW_NS = 6
 """When the total last fell below it [ns]."""
-EARLIER_BURST_NS = 15
+EARLIER_BURST_NS = 7
 """The same, at an earlier instant [ns]."""
+NOISE = 8
+"""Noise in the receiver [unit of power]."""
+STATE = 9
+"""What it does: one of the following states; one that receives listens."""
+SINCE_NS = 10
+"""Since when [ns]."""
+SPENT_NS = 9
+"""Plus the number of a state from `TRANSMIT` on: time spent in it before that [ns]."""
+OPENED_NS = 14
+"""When it was first switched on [ns]."""
 COLUMNS = 16
-"""The first eight, which is what a frame touches at a node that notices it, are one line of the cache."""
+"""The first eight, which is what a frame touches at a node that hears it, are one line of the cache."""
 
 LISTEN, RECEIVE, TRANSMIT, SLEEP, START = 0, 1, 2, 3, 4
 
@@ -73,6 +81,54 @@ def enter(radios: IntArray, at: int, state: int, now_ns: int) -> None:
 
 
 @kernel
+def note(report: IntArray, changed: int, at: int, before: int, flags: int) -> None:
+    """Report a node that receives a frame for it, and what it has met until now."""
+    report[CHANGED, changed] = at
+    report[BEFORE, changed] = before
+    report[LOUD_BEFORE, changed] = flags >> LOUD_SHIFT & LOUD_MASK
+
+
+@kernel
+def burst(radios: IntArray, at: int, rises: bool, now_ns: int) -> None:
+    """Note at a node that a frame has begun with the total at the threshold or above.
+
+    Parameters
+    ----------
+    rises : whether the total was below it before
+    """
+    if rises:
+        radios[at, ABOVE_NS] = now_ns
+    if radios[at, BURST_NS] != now_ns:
+        radios[at, EARLIER_BURST_NS] = radios[at, BURST_NS]
+        radios[at, BURST_NS] = now_ns
+
+
+@kernel
+def fall(radios: IntArray, at: int, now_ns: int) -> None:
+    """Note at a node that the total has fallen below the threshold."""
+    if radios[at, ABOVE_NS] < now_ns:
+        radios[at, BELOW_NS] = now_ns
+    if radios[at, BURST_NS] == now_ns:
+        radios[at, BURST_NS] = radios[at, EARLIER_BURST_NS]
+
+
+@kernel
+def tell(air: IntArray, report: IntArray, told: int, at: int, flags: int, loud: bool) -> int:
+    """Report a node that watches the channel if that has become busy or idle; return how many that makes.
+
+    Parameters
+    ----------
+    loud : whether the total is at the threshold or above
+    """
+    busy = flags >= ONE_LOCKED or loud
+    if busy == (flags & TOLD != 0):
+        return told
+    air[at, FLAGS] = flags ^ TOLD
+    report[CARRIER, told] = at
+    return told + 1
+
+
+@kernel
 def begin_frame(
     air: IntArray,
     radios: IntArray,
@@ -80,12 +136,14 @@ def begin_frame(
     report: IntArray,
     sensitivity: int,
     cca: int,
+    noise: int,
     lock_ratio: float,
     capture_ratio: float,
     capture_ns: int,
     powers: IntArray,
     first: int,
     start: int,
+    weak: int,
     stop: int,
     sender: int,
     now_ns: int,
@@ -100,11 +158,13 @@ def begin_frame(
     report : (5, >= m) - what is reported, see `CHANGED`, changed in place
     sensitivity : weakest frame that a receiver notices [unit]
     cca : threshold of clear channel assessment [unit]
+    noise : in every receiver [unit]; -1: what stands in `radios`
     lock_ratio : smallest SINR at which it synchronises
     capture_ratio : how much stronger than all that arrives a frame must be to take over a receiver
     capture_ns : up to how long after the begin of the frame that it then loses [ns]; -1: it never does
     powers : (k,) - what arrives at the ends of links [unit], from link `first` on
     start, stop : the sender's links
+    weak : the first of those that never reach the sensitivity; they come last
 
     Returns
     -------
@@ -112,41 +172,48 @@ def begin_frame(
     """
     changed = locks = told = 0
     enter(radios, sender, TRANSMIT, now_ns)
-    for link in range(start, stop):
+    for link in range(start, weak):
         at, power = receivers[link], powers[link - first]
         before, flags = air[at, TOTAL], air[at, FLAGS]
+        total = before + power
+        air[at, TOTAL] = total
         if flags & WANTED:
-            report[CHANGED, changed] = at
-            report[BEFORE, changed] = before
-            report[LOUD_BEFORE, changed] = radios[at, LOUD]
+            note(report, changed, at, before, flags)
             changed += 1
-        air[at, TOTAL] = before + power
-        if before + power >= cca:
-            if before < cca:
-                radios[at, ABOVE_NS] = now_ns
-            if radios[at, BURST_NS] != now_ns:
-                radios[at, EARLIER_BURST_NS] = radios[at, BURST_NS]
-                radios[at, BURST_NS] = now_ns
+        if total >= cca:
+            burst(radios, at, before < cca, now_ns)
         if power >= sensitivity:
-            radios[at, LOUD] += 1
-            if power >= lock_ratio * (radios[at, NOISE] + before):
-                if radios[at, LOCKED] < 0:
+            flags += ONE_LOUD
+            if power >= lock_ratio * ((noise if noise >= 0 else radios[at, NOISE]) + before):
+                if flags < ONE_LOCKED:
                     free = now_ns >= radios[at, DEAF_NS]
                 else:
-                    free = now_ns - radios[at, SINCE_NS] <= capture_ns and power >= capture_ratio * before
+                    held_ns = now_ns - radios[at, LOCKED_NS]
+                    free = held_ns <= capture_ns and power >= capture_ratio * before
+                    if free:
+                        radios[at, RECEIVED_NS] += held_ns
                 if free:
-                    enter(radios, at, RECEIVE, now_ns)
-                    radios[at, LOCKED] = sender
-                    flags &= ~WANTED
-                    air[at, FLAGS] = flags
+                    radios[at, LOCKED_NS] = now_ns
+                    flags = flags & UNLOCKED & ~WANTED | (sender + 1) << LOCKED_SHIFT
                     report[LOCKS, locks] = link
                     locks += 1
+            air[at, FLAGS] = flags
         if flags & WATCHED:
-            busy = radios[at, LOCKED] >= 0 or air[at, TOTAL] >= cca
-            if busy != (flags & TOLD != 0):
-                air[at, FLAGS] = flags ^ TOLD
-                report[CARRIER, told] = at
-                told += 1
+            told = tell(air, report, told, at, flags, total >= cca)
+    for link in range(weak, stop):
+        at, power = receivers[link], powers[link - first]
+        before, flags = air[at, TOTAL], air[at, FLAGS]
+        total = before + power
+        air[at, TOTAL] = total
+        if total < cca and not flags & (WANTED | WATCHED):
+            continue
+        if flags & WANTED:
+            note(report, changed, at, before, flags)
+            changed += 1
+        if total >= cca:
+            burst(radios, at, before < cca, now_ns)
+        if flags & WATCHED:
+            told = tell(air, report, told, at, flags, total >= cca)
     return changed | locks << LOCKS_SHIFT | told << CARRIER_SHIFT
 
 
@@ -162,6 +229,7 @@ def end_frame(
     powers: IntArray,
     first: int,
     start: int,
+    weak: int,
     stop: int,
     sender: int,
     now_ns: int,
@@ -175,32 +243,37 @@ def end_frame(
     changed = told = 0
     enter(radios, sender, LISTEN, now_ns)
     radios[sender, DEAF_NS] = now_ns + turnaround_ns
-    for link in range(start, stop):
+    for link in range(start, weak):
         at, power = receivers[link], powers[link - first]
         before, flags = air[at, TOTAL], air[at, FLAGS]
+        total = before - power
+        air[at, TOTAL] = total
         if flags & WANTED:
-            report[CHANGED, changed] = at
-            report[BEFORE, changed] = before
-            report[LOUD_BEFORE, changed] = radios[at, LOUD]
+            note(report, changed, at, before, flags)
             changed += 1
-        air[at, TOTAL] = before - power
         if power >= sensitivity:
-            radios[at, LOUD] -= 1
-            if radios[at, LOCKED] == sender:
-                radios[at, LOCKED] = -1
+            flags -= ONE_LOUD
+            if flags >> LOCKED_SHIFT == sender + 1:
+                flags &= UNLOCKED & ~WANTED
                 radios[at, UNLOCKED_NS] = now_ns
-                flags &= ~WANTED
-                air[at, FLAGS] = flags
-                enter(radios, at, LISTEN, now_ns)
-        if before >= cca and before - power < cca:
-            if radios[at, ABOVE_NS] < now_ns:
-                radios[at, BELOW_NS] = now_ns
-            if radios[at, BURST_NS] == now_ns:
-                radios[at, BURST_NS] = radios[at, EARLIER_BURST_NS]
+                radios[at, RECEIVED_NS] += now_ns - radios[at, LOCKED_NS]
+            air[at, FLAGS] = flags
+        if before >= cca and total < cca:
+            fall(radios, at, now_ns)
         if flags & WATCHED:
-            busy = radios[at, LOCKED] >= 0 or air[at, TOTAL] >= cca
-            if busy != (flags & TOLD != 0):
-                air[at, FLAGS] = flags ^ TOLD
-                report[CARRIER, told] = at
-                told += 1
+            told = tell(air, report, told, at, flags, total >= cca)
+    for link in range(weak, stop):
+        at, power = receivers[link], powers[link - first]
+        before, flags = air[at, TOTAL], air[at, FLAGS]
+        total = before - power
+        air[at, TOTAL] = total
+        if before < cca and not flags & (WANTED | WATCHED):
+            continue
+        if flags & WANTED:
+            note(report, changed, at, before, flags)
+            changed += 1
+        if before >= cca and total < cca:
+            fall(radios, at, now_ns)
+        if flags & WATCHED:
+            told = tell(air, report, told, at, flags, total >= cca)
     return changed | told << CARRIER_SHIFT

@@ -59,6 +59,7 @@ class Link:
         "_next_hops",
         "_node",
         "_parent",
+        "_parent_address",
         "_queue",
         "_tag",
         "_tree",
@@ -80,6 +81,7 @@ class Link:
         self._directory, self._tree, self._flights = directory, directory.tree, directory.flights
         self._address = directory.addresses[node]
         self._parent = self._tree.parent[node]
+        self._parent_address = -1 if self._parent is None else directory.addresses[self._parent]
         self._children = self._tree.children[node]
         self._child_addresses = tuple(directory.addresses[child] for child in self._children)
         self._next_hops: dict[int, int] = {}
@@ -217,6 +219,8 @@ class Link:
         self._flights.lose(flight, flight.datagram.destinations, outcome)
 
     def _next_hop(self, final: int) -> int:
+        if final == self._parent_address:
+            return final
         hop = self._next_hops.get(final)
         if hop is None:
             addresses, names = self._directory.addresses, self._directory.names

@@ -5,7 +5,6 @@ from contextlib import contextmanager
 from functools import partial
 
 import numpy as np
-import simpy
 
 from wsnsim.errors import Problem, ScenarioError
 from wsnsim.hardware.profiles import BATTERIES, IMAGERS, PLATFORMS, RADIOS
@@ -20,6 +19,7 @@ from wsnsim.scenario.nodes import PlacedNode, placed_nodes
 from wsnsim.scenario.schema import Scenario
 from wsnsim.scenario.schema_motes import Capacity
 from wsnsim.scenario.schema_world import Target
+from wsnsim.sim.agenda import Agenda
 from wsnsim.sim.budgets import budget_configs
 from wsnsim.sim.collecting import Way, ways
 from wsnsim.sim.engine import Schedule, Simulation
@@ -57,7 +57,7 @@ def build(loaded: LoadedScenario) -> Simulation:
     placed = placed_nodes(scenario)
     positions = numbered_by_place({node.id: node.position_m for node in placed})
     base = scenario.motes.base.id
-    env, outlet = simpy.Environment(), Outlet()
+    env, outlet = Agenda(), Outlet()
     clock = Clock(env)
     schedule = _schedule(loaded)
     faults = _Faults()

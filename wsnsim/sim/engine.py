@@ -12,6 +12,7 @@ from wsnsim.net.interface import Network
 from wsnsim.net.routing.tree import Tree
 from wsnsim.records import EnergyRow, LoadRow, NodeRow, Outlet, Sink, TruthRow, ViewRow
 from wsnsim.sim.cameras import MoteCamera
+from wsnsim.sim.collector import only_the_new
 from wsnsim.sim.mail import MailRoom
 from wsnsim.sim.node import Node
 from wsnsim.systems.base import Site
@@ -101,7 +102,8 @@ class Simulation:
         self._schedule_step(0, progress)
         for node in self.nodes.values():
             node.start()
-        self.env.run(until=self.schedule.end_ns)
+        with only_the_new():
+            self.env.run(until=self.schedule.end_ns)
         self._write_load(to_s(self.schedule.end_ns))
         self.mail.close()
         for node in self.nodes.values():

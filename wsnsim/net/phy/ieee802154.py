@@ -122,7 +122,9 @@ class OQpsk:
 
     def log_success(self, sinr: float, since_ns: Nanoseconds, until_ns: Nanoseconds, mode: int = 0) -> float:
         """Return the logarithm of the probability that a stretch of a frame is received without error."""
-        return log_success(sinr, (until_ns - since_ns) / BIT_NS)
+        if sinr > _ERROR_FREE_SINR:
+            return 0.0
+        return (until_ns - since_ns) / BIT_NS * _log_bit_success(sinr)
 
     def frame_success(self, sinr: float, mpdu_bytes: int, mode: int = 0) -> float:
         """Return the probability that a whole frame is received without error at one SINR (a ratio)."""

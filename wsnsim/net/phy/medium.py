@@ -65,9 +65,9 @@ class Medium:
         self._noise, self._losses = channel.noise, channel.losses
         self._noise_mw, self._cca_mw = to_mw(config.noise_dbm), to_mw(config.cca_threshold_dbm)
         nodes = channel.links.nodes
-        rows = self._rows = Rows(channel.links, self._noise_mw, channel.fading)
-        cca, self._sensitivity = rows.count(self._cca_mw), rows.count(to_mw(config.sensitivity_dbm))
-        self._states = Radios(nodes, rows.count(self._noise_mw), cca, config.cca, phy.cca_ns)
+        rows = self._rows = Rows(channel.links, self._noise_mw, to_mw(config.sensitivity_dbm), channel.fading)
+        cca, noise = rows.count(self._cca_mw), rows.count(self._noise_mw)
+        self._states = Radios(nodes, noise, cca, config.cca, phy.cca_ns)
         self._receptions = Receptions(
             survival(config, phy), rows.unit_mw, self._noise_mw, channel.noise, report is not None
         )
@@ -81,10 +81,14 @@ class Medium:
         reports = np.zeros((5, nodes + 1), dtype=np.int64)
         self._changed, self._before, self._loud, self._locks, self._told = map(view, reports)
         states = self._states
-        common = (states.air, states.table, rows.receivers, reports, self._sensitivity, cca)
+        common = (states.air, states.table, rows.receivers, reports, rows.sensitivity, cca)
+        always = noise if channel.noise is None else -1
         lock_ratio, capture_ratio = to_mw(config.lock_sinr_db), to_mw(config.capture_db)
-        capture_ns = phy.preamble_ns if config.collision == "capture" else -1
-        self._begin = partial(table.begin_frame.compiled, *common, lock_ratio, capture_ratio, capture_ns)
+        self._captures = config.collision == "capture"
+        capture_ns = phy.preamble_ns if self._captures else -1
+        self._begin = partial(
+            table.begin_frame.compiled, *common, always, lock_ratio, capture_ratio, capture_ns
+        )
         self._finish = partial(table.end_frame.compiled, *common, phy.turnaround_ns)
 
     def add(self, rng: np.random.Generator, listener: Listener) -> Radio:
@@ -122,7 +126,7 @@ class Medium:
         self._rows.fade(row, now)
         if self._noise is not None:
             self._ask_noise(row)
-        reports = self._begin(row.powers, row.first, row.start, row.stop, sender, now)
+        reports = self._begin(row.powers, row.first, row.start, row.weak, row.stop, sender, now)
         if reports:
             changed = reports & table.COUNT_MASK
             if changed:
@@ -200,8 +204,10 @@ class Medium:
         now, radios = self._clock.now, self._states.table
         receivers = self._rows.receivers[row.start : row.stop]
         powers = row.powers[row.start - row.first : row.stop - row.first]
-        free = (radios[receivers, table.LOCKED] < 0) & (radios[receivers, table.DEAF_NS] <= now)
-        for at in receivers[free & (powers >= self._sensitivity)].tolist():
+        free = (self._states.air[receivers, table.FLAGS] < table.ONE_LOCKED) & (
+            radios[receivers, table.DEAF_NS] <= now
+        )
+        for at in receivers[free & (powers >= self._rows.sensitivity)].tolist():
             radios[at, table.NOISE] = self._rows.count(self._noise.level_mw(at, now))
 
     def _receive(self, row: Row, frame: Transmission, locks: int) -> None:
@@ -211,9 +217,7 @@ class Medium:
         else:
             nodes = self._takers(frame)
         sender, lost, log_success = frame.sender, self._losses, 0.0
-        for at in nodes:
-            if self._states.locked(at) != sender:
-                continue
+        for at in self._states.locked_on(sender, nodes):
             if lost is not None:
                 log_success = lost.log_success(sender, at, frame.start_ns)
             arriving_mw, arriving = self._rows.arriving(row, at)
@@ -244,7 +248,7 @@ class Medium:
             assert reception is not None
             self._receptions.account(reception, self._before[number], self._loud[number], now)
             # A frame that captures the receiver has locked it already; the one that ends has unlocked it.
-            if self._states.locked(at) not in (reception.frame.sender, -1):
+            if self._captures and self._states.locked(at) not in (reception.frame.sender, -1):
                 reception.given_up, self._receiving[at] = True, None
 
     def _give_up(self, at: int) -> None:
@@ -260,7 +264,7 @@ class Medium:
         frame, radio, now = row.frame, row.radio, self._clock.now
         assert frame is not None
         row.frame = row.ending = radio.sending = None
-        reports = self._finish(row.powers, row.first, row.start, row.stop, radio.index, now)
+        reports = self._finish(row.powers, row.first, row.start, row.weak, row.stop, radio.index, now)
         radio.deaf_until_ns = now + self._phy.turnaround_ns
         changed = reports & table.COUNT_MASK
         if changed:
@@ -306,7 +310,8 @@ class Medium:
 
     def _tell(self, told: int) -> None:
         """Tell watchers what has become of the channel."""
-        for at in self._told[:told].tolist():
+        # In the order of the nodes, whatever that of the links, for what they do then may be of one instant.
+        for at in sorted(self._told[:told].tolist()):
             listens, busy = self._states.told(at)
             if listens:
                 self._radios[at].listener.carrier(busy)

@@ -10,7 +10,7 @@ IEEE Std 802.15.4-2006, sec. 6.9.9: clear channel assessment by energy or by a
 reception in progress (mode 3 with OR, the CC2420's default).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -27,16 +27,23 @@ from wsnsim.kernels.radio import (
     EARLIER_BURST_NS,
     FLAGS,
     LISTEN,
-    LOCKED,
-    LOUD,
+    LOCKED_NS,
+    LOCKED_SHIFT,
+    LOUD_MASK,
+    LOUD_SHIFT,
     NOISE,
+    ONE_LOCKED,
     OPENED_NS,
+    RECEIVE,
+    RECEIVED_NS,
     SINCE_NS,
     SLEEP,
     SPENT_NS,
     STATE,
     TOLD,
     TOTAL,
+    TRANSMIT,
+    UNLOCKED,
     UNLOCKED_NS,
     WANTED,
     WATCHED,
@@ -102,7 +109,6 @@ class Radios:
         self.table = _aligned(nodes, COLUMNS)
         for column, value in (
             (NOISE, noise),
-            (LOCKED, -1),
             (UNLOCKED_NS, _LONG_AGO),
             (DEAF_NS, NEVER),
             (BELOW_NS, _LONG_AGO),
@@ -113,16 +119,23 @@ class Radios:
             self.table[:, column] = value
         self.cells: memoryview[int] = view(self.table)
         self._air: memoryview[int] = view(self.air)
+        self._flags = self._air[FLAGS::AIR_COLUMNS]
         self._cca, self._cca_ns = cca, cca_ns
         self._whole_window = cca_model == "whole_window"
 
     def locked(self, at: int) -> int:
         """Return the sender of the frame that a node is receiving, -1 for none."""
-        return self.cells[at * COLUMNS + LOCKED]
+        return (self._air[at * AIR_COLUMNS + FLAGS] >> LOCKED_SHIFT) - 1
+
+    def locked_on(self, sender: int, nodes: Sequence[int]) -> list[int]:
+        """Return those of some nodes that are receiving a sender's frame."""
+        flags, wanted = self._flags, sender + 1
+        return [at for at in nodes if flags[at] >> LOCKED_SHIFT == wanted]
 
     def arriving(self, at: int) -> tuple[int, int]:
         """Return the sum of the powers at a node [unit], and how many frames are above sensitivity."""
-        return self._air[at * AIR_COLUMNS + TOTAL], self.cells[at * COLUMNS + LOUD]
+        row = at * AIR_COLUMNS
+        return self._air[row + TOTAL], self._air[row + FLAGS] >> LOUD_SHIFT & LOUD_MASK
 
     def want(self, at: int) -> None:
         """Note that the frame that a node is receiving is for it."""
@@ -132,11 +145,11 @@ class Radios:
         """Let a radio give up what it is receiving, if anything, and begin no reception."""
         at = radio.index
         cells, row = self.cells, at * COLUMNS
-        if cells[row + LOCKED] >= 0:
-            cells[row + LOCKED] = -1
+        flags = self._air[at * AIR_COLUMNS + FLAGS]
+        if flags >= ONE_LOCKED:
             cells[row + UNLOCKED_NS] = now_ns
-            self._air[at * AIR_COLUMNS + FLAGS] &= ~WANTED
-            self.enter(at, LISTEN, now_ns)
+            cells[row + RECEIVED_NS] += now_ns - cells[row + LOCKED_NS]
+            self._air[at * AIR_COLUMNS + FLAGS] = flags & UNLOCKED & ~WANTED
         cells[row + DEAF_NS] = radio.deaf_until_ns = NEVER
 
     def deafen(self, radio: Radio, until_ns: Nanoseconds) -> None:
@@ -163,7 +176,7 @@ class Radios:
     def assess(self, at: int, now_ns: Nanoseconds) -> bool:
         """Return whether the window that ends now shows a busy channel to a node."""
         cells, row = self.cells, at * COLUMNS
-        if cells[row + LOCKED] >= 0 and cells[row + SINCE_NS] < now_ns:
+        if self._air[at * AIR_COLUMNS + FLAGS] >= ONE_LOCKED and cells[row + LOCKED_NS] < now_ns:
             return True
         since_ns = now_ns - self._cca_ns
         # A frame that begins now is not in the window.
@@ -178,8 +191,8 @@ class Radios:
 
     def busy_now(self, at: int) -> bool:
         """Return whether a reception is in progress, or enough power arrives now."""
-        cells, row = self.cells, at * COLUMNS
-        return cells[row + LOCKED] >= 0 or self._air[at * AIR_COLUMNS + TOTAL] >= self._cca
+        row = at * AIR_COLUMNS
+        return self._air[row + FLAGS] >= ONE_LOCKED or self._air[row + TOTAL] >= self._cca
 
     def watch(self, at: int, watched: bool) -> bool:
         """Look out for changes of `busy_now` from now on, or no more; return what it is."""
@@ -204,13 +217,17 @@ class RadioTimes:
     @property
     def state(self) -> str:
         """What it does now, one of `CAUSES`."""
-        return CAUSES[self.radios.cells[self.index * COLUMNS + STATE]]
+        state = self.radios.cells[self.index * COLUMNS + STATE]
+        return CAUSES[state if self.radios.locked(self.index) < 0 else RECEIVE]
 
     def spent_ns(self, now_ns: Nanoseconds) -> Mapping[str, Nanoseconds]:
         """Return the time spent in each state from the first on until now [ns]; their sum is all of it."""
         cells, row = self.radios.cells, self.index * COLUMNS
-        spent = [0, *cells[row + SPENT_NS + 1 : row + SPENT_NS + len(CAUSES)].tolist()]
+        later = cells[row + SPENT_NS + TRANSMIT : row + SPENT_NS + len(CAUSES)]
+        spent = [0, cells[row + RECEIVED_NS], *later.tolist()]
         if cells[row + STATE] != LISTEN:
             spent[cells[row + STATE]] += now_ns - cells[row + SINCE_NS]
+        if self.radios.locked(self.index) >= 0:
+            spent[RECEIVE] += now_ns - cells[row + LOCKED_NS]
         spent[LISTEN] = now_ns - cells[row + OPENED_NS] - sum(spent)
         return dict(zip(CAUSES, spent, strict=True))

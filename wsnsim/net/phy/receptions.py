@@ -60,27 +60,17 @@ class Receptions:
         total : of the powers at the receiver, the wanted frame's among them [unit]
         loud : number of frames there above the sensitivity, the wanted one among them
         """
-        if now_ns == reception.since_ns:
-            return
-        others_mw = (total - reception.wanted) * self._unit_mw
-        if self._noise is None:
-            self._stretch(reception, self._noise_mw, others_mw, loud > 1, now_ns)
-            return
-        step_ns, at = self._noise.step_ns, reception.radio.index
-        while True:
-            level_mw = self._noise.level_mw(at, reception.since_ns)
-            until_ns = min(now_ns, (reception.since_ns // step_ns + 1) * step_ns)
-            self._stretch(reception, level_mw, others_mw, loud > 1, until_ns)
-            if until_ns == now_ns:
-                return
-
-    def _stretch(
-        self, reception: Reception, noise_mw: float, others_mw: float, loud: bool, until_ns: Nanoseconds
-    ) -> None:
-        if self._watch_sinr:
-            sinr = reception.wanted_mw / (noise_mw + others_mw)
-            reception.worst_sinr = min(reception.worst_sinr, sinr)
-        frame = reception.frame
-        stretch = (reception.since_ns - frame.start_ns, until_ns - frame.start_ns, frame.mode)
-        reception.log_success += self._survival(reception.wanted_mw, noise_mw, others_mw, loud, stretch)
-        reception.since_ns = until_ns
+        wanted_mw, others_mw = reception.wanted_mw, (total - reception.wanted) * self._unit_mw
+        frame, since_ns = reception.frame, reception.since_ns
+        noise_mw, until_ns = self._noise_mw, now_ns
+        while since_ns < now_ns:
+            if self._noise is not None:
+                step_ns = self._noise.step_ns
+                noise_mw = self._noise.level_mw(reception.radio.index, since_ns)
+                until_ns = min(now_ns, (since_ns // step_ns + 1) * step_ns)
+            if self._watch_sinr:
+                reception.worst_sinr = min(reception.worst_sinr, wanted_mw / (noise_mw + others_mw))
+            stretch = (since_ns - frame.start_ns, until_ns - frame.start_ns, frame.mode)
+            reception.log_success += self._survival(wanted_mw, noise_mw, others_mw, loud > 1, stretch)
+            since_ns = until_ns
+        reception.since_ns = now_ns

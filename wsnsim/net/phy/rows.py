@@ -28,18 +28,32 @@ _HEADROOM = 1024
 class Row:
     """The links of one sender, and the frame that it has on the air."""
 
-    __slots__ = ("ending", "first", "frame", "power_mw", "powers", "radio", "receptions", "start", "stop")
+    __slots__ = (
+        "ending",
+        "first",
+        "frame",
+        "power_mw",
+        "powers",
+        "radio",
+        "receptions",
+        "start",
+        "stop",
+        "weak",
+    )
 
     def __init__(
         self,
         radio: Radio,
         start: int,
+        weak: int,
         stop: int,
         powers: IntArray,
         power_mw: "FloatArray | memoryview[float]",
     ) -> None:
         self.radio = radio
-        self.start, self.stop = start, stop
+        self.start, self.weak, self.stop = start, weak, stop
+        """The first of the links that never reach the sensitivity is `weak`; those before it and from it on
+        are in the order of their receivers."""
         self.first = 0
         """The link of the first of the powers."""
         self.powers, self.power_mw = powers, power_mw
@@ -55,19 +69,22 @@ class Rows:
     ----------
     links : who arrives where
     noise_mw : noise in the receivers [mW]
+    sensitivity_mw : weakest frame that a receiver notices [mW]
     fading : how links differ from their means, or None
     """
 
-    def __init__(self, links: Links, noise_mw: float, fading: Fading | None) -> None:
+    def __init__(self, links: Links, noise_mw: float, sensitivity_mw: float, fading: Fading | None) -> None:
         at_nodes = np.bincount(links.receivers, links.power_mw, links.nodes)
         most_mw = float(max(at_nodes.max(initial=0.0), noise_mw)) * (1 if fading is None else _HEADROOM)
         self.unit_mw = 2.0 ** (frexp(most_mw)[1] - _MOST_BITS)
         """One unit [mW]."""
-        self.receivers: IntArray = np.ascontiguousarray(links.receivers, dtype=np.int32)
+        self.sensitivity = self.count(sensitivity_mw)
+        """The sensitivity [unit]."""
+        self.receivers: IntArray = np.array(links.receivers, dtype=np.int32)
         self.receiver_of: memoryview[int] = view(self.receivers)
         self._fading = fading
         self._starts: list[int] = links.starts.tolist()
-        self._mean_mw: FloatArray = np.ascontiguousarray(links.power_mw, dtype=np.float64)
+        self._mean_mw: FloatArray = np.array(links.power_mw, dtype=np.float64)
         self._mean = self._count_all(self._mean_mw)
         self._mean_of: memoryview[float] = view(self._mean_mw)
 
@@ -76,9 +93,17 @@ class Rows:
         return min(round(power_mw / self.unit_mw), 1 << _MOST_BITS)
 
     def of(self, radio: Radio) -> Row:
-        """Return a node's row."""
+        """Bring a node's links into the order that the kernels ask for, and return its row."""
         start, stop = self._starts[radio.index], self._starts[radio.index + 1]
-        return Row(radio, start, stop, self._mean, self._mean_of)
+        weak = stop
+        if self._fading is None:  # links that fade may rise to the sensitivity, or fall below it
+            links = slice(start, stop)
+            too_weak = self._mean[links] < self.sensitivity
+            order = np.argsort(too_weak, kind="stable")
+            for each in (self.receivers, self._mean, self._mean_mw):
+                each[links] = each[links][order]
+            weak = stop - int(np.count_nonzero(too_weak))
+        return Row(radio, start, weak, stop, self._mean, self._mean_of)
 
     def fade(self, row: Row, now_ns: Nanoseconds) -> None:
         """Let the links of a row be what they are now."""
@@ -91,10 +116,11 @@ class Rows:
 
     def arriving(self, row: Row, at: int) -> tuple[float, int]:
         """Return the power of a sender at a node, in milliwatts and in units; 0 where there is no link."""
-        link = bisect_left(self.receiver_of, at, row.start, row.stop)
-        if link == row.stop or self.receiver_of[link] != at:
-            return 0.0, 0
-        return float(row.power_mw[link - row.first]), int(row.powers[link - row.first])
+        for start, stop in ((row.start, row.weak), (row.weak, row.stop)):
+            link = bisect_left(self.receiver_of, at, start, stop)
+            if link < stop and self.receiver_of[link] == at:
+                return float(row.power_mw[link - row.first]), int(row.powers[link - row.first])
+        return 0.0, 0
 
     def _count_all(self, power_mw: FloatArray) -> IntArray:
         return np.asarray(np.rint(power_mw / self.unit_mw), dtype=np.int64)

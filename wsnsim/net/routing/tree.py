@@ -52,6 +52,8 @@ class Tree:
 
     def hops(self, source: NodeId, destination: NodeId) -> int:
         """Return how many hops it is from one node to another, wires not counted."""
+        if self.parent[source] == destination:
+            return 0 if self.by_wire(source, destination) else 1
         depth, other = self.depth[source], self.depth[destination]
         if self.root in (source, destination) and depth >= 0 and other >= 0:
             return depth + other
@@ -163,18 +165,24 @@ def check_datagram(tree: Tree, datagram: Datagram, everywhere: bool = False) -> 
     RoutingError : an unknown node, several receivers without dissemination, or a receiver of a
         dissemination that is not below its source
     """
-    named = (datagram.source, *datagram.destinations)
-    what = f"datagram {datagram.number} of {datagram.source!r}"
-    for node in named:
+    for node in (datagram.source, *datagram.destinations):
         if node not in tree.parent:
-            raise RoutingError(f"{what}: source and receivers must be nodes, got {node!r}")
+            raise RoutingError(f"{_named(datagram)}: source and receivers must be nodes, got {node!r}")
     if datagram.source in datagram.destinations and (datagram.disseminate or datagram.one_hop):
-        raise RoutingError(f"{what}: a broadcast goes to others, not back to its source")
+        raise RoutingError(f"{_named(datagram)}: a broadcast goes to others, not back to its source")
     if datagram.one_hop:
         return
     if not datagram.disseminate and len(datagram.destinations) != 1:
-        raise RoutingError(f"{what}: must have one receiver, or be disseminated, got {datagram.destinations}")
+        raise RoutingError(
+            f"{_named(datagram)}: must have one receiver, or be disseminated, got {datagram.destinations}"
+        )
     if datagram.disseminate and not everywhere:
         astray = set(datagram.destinations) - set(tree.descendants(datagram.source))
         if astray:
-            raise RoutingError(f"{what}: dissemination goes down the tree, not to {sorted(astray)}")
+            raise RoutingError(
+                f"{_named(datagram)}: dissemination goes down the tree, not to {sorted(astray)}"
+            )
+
+
+def _named(datagram: Datagram) -> str:
+    return f"datagram {datagram.number} of {datagram.source!r}"
