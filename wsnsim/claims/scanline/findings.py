@@ -17,6 +17,7 @@ from wsnsim.claims.scanline.measures import (
 from wsnsim.claims.scanline.parts import SLACK
 from wsnsim.claims.scanline.settings import behind_block, crowd_gap, in_lab, known, lab_gap, open_room
 from wsnsim.claims.scanline.studies import (
+    CAMERA_STUDY,
     CAMERAS,
     CROWDS,
     FORMS,
@@ -26,15 +27,12 @@ from wsnsim.claims.scanline.studies import (
     PERFECT,
     PRIORS,
     TRADED,
+    params_of,
+    runs_of,
 )
 from wsnsim.metrics.statistics import Interval
 from wsnsim.report.wording import count, listed, number
-
-_TOO_SURE = (
-    "A filter's error lasts from frame to frame, and the likelihood takes the occlusions of each frame as "
-    "news: the more cameras, the surer it is of what is not so. `tracker.visibility_exponent` below 1 takes "
-    "from that; here it is 1, as in the paper."
-)
+from wsnsim.systems.scanline.choices import ParticleTracker
 
 
 def cameras(evidence: Evidence) -> str:
@@ -163,7 +161,12 @@ def _disorder(evidence: Evidence, where: Callable[[int, str], Where], numbers: S
                 said.append(f"× {ratio_text(found)} at N = {n} ({better} over {worse})")
     if not said:
         return "In the paper's order everywhere."
-    return f"Not in the paper's order: {listed(said, len(said))}. {_TOO_SURE}"
+    return (
+        f"Not in the paper's order: {listed(said, len(said))}. A filter's error lasts from frame to frame, "
+        "and the likelihood takes the occlusions of each frame as news: the more cameras, the surer it is of "
+        f"what is not so. `tracker.visibility_exponent`, {number(_exponent())} here and 1 in the paper, "
+        "takes from that, but not all."
+    )
 
 
 def _rises(evidence: Evidence) -> str:
@@ -173,6 +176,12 @@ def _rises(evidence: Evidence) -> str:
     if not said:
         return ""
     return f" Errors rise {listed(said)} cameras, as the subsets stand in different places."
+
+
+def _exponent() -> float:
+    tracker = params_of(runs_of(CAMERA_STUDY)[0]).tracker
+    assert isinstance(tracker, ParticleTracker)
+    return tracker.visibility_exponent
 
 
 def _over(evidence: Evidence, where: Where, other: Where) -> str:
