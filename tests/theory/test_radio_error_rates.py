@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wsnsim.net.phy.ieee802154 import O_QPSK, air_time_ns, bit_error_rate, log_success
+from wsnsim.net.phy.ieee802154 import BIT_NS, O_QPSK, air_time_ns, bit_error_rate
 from wsnsim.net.routing.linkquality import weakest_sinr
 
 RadioBench = runpy.run_path(str(Path(__file__).parents[1] / "radio_bench.py"))["RadioBench"]
@@ -16,6 +16,10 @@ RadioBench = runpy.run_path(str(Path(__file__).parents[1] / "radio_bench.py"))["
 
 def ratio(decibels):
     return 10.0 ** (decibels / 10.0)
+
+
+def log_success(sinr, bits):
+    return O_QPSK.log_success(sinr, 0, bits * BIT_NS)
 
 
 @pytest.mark.parametrize(

@@ -12,12 +12,16 @@ from wsnsim.net.channel.propagation import to_mw
 from wsnsim.net.clock import Clock
 from wsnsim.net.config import RadioConfig
 from wsnsim.net.phy.base import BROADCAST, Transmission
-from wsnsim.net.phy.ieee802154 import O_QPSK, log_success
+from wsnsim.net.phy.ieee802154 import BIT_NS, O_QPSK
 from wsnsim.net.phy.interference import survival
 from wsnsim.net.phy.medium import Medium
 
 AIR_NS = 3_744_000
 """Of a frame of 111 B."""
+
+
+def log_success(sinr, bits):
+    return O_QPSK.log_success(sinr, 0, round(bits * BIT_NS))
 
 
 class Ear:

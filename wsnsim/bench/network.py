@@ -5,7 +5,6 @@ to the first event, is start-up and shown apart. Ours and the peer run by turns.
 """
 
 import cProfile
-import gc
 import pstats
 import tempfile
 import time
@@ -21,6 +20,7 @@ from wsnsim.claims.network.layouts import Layout, random_layout, stored
 from wsnsim.claims.network.runs import DRAIN_S, PAYLOAD_BYTES, bed
 from wsnsim.net.config import RadioConfig
 from wsnsim.runs.provenance import peak_memory_bytes
+from wsnsim.sim.collector import only_the_new
 from wsnsim.types import Seconds
 
 OURS, PEER = "wsnsim", "ns-3"
@@ -187,16 +187,16 @@ def _run(
     *,
     one_hop: bool = False,
 ) -> _Turn:
-    gc.collect()
     began = time.process_time()
     network = bed(load.layout, seed, radio=load.radio)
     network.periodic(load.period_s, round(duration_s / load.period_s), bytes(PAYLOAD_BYTES), one_hop=one_hop)
-    built = time.process_time()
-    if profile is None:
-        network.run(duration_s + DRAIN_S)
-    else:
-        profile.runcall(network.run, duration_s + DRAIN_S)
-    ran = time.process_time()
+    with only_the_new():
+        built = time.process_time()
+        if profile is None:
+            network.run(duration_s + DRAIN_S)
+        else:
+            profile.runcall(network.run, duration_s + DRAIN_S)
+        ran = time.process_time()
     tally = network.tally()
     return _Turn(built - began, ran - built, tally.counters.frames_tx, tally.delivered, tally.generated)
 

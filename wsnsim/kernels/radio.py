@@ -28,7 +28,7 @@ WANTED, WATCHED, TOLD = 1, 2, 4
 """It receives a frame that is for it; it wants to know when the channel becomes busy or idle; what it was
 told last is busy."""
 ONE_LOUD, LOUD_SHIFT, LOUD_MASK = 1 << 8, 8, (1 << 24) - 1
-ONE_LOCKED, LOCKED_SHIFT, UNLOCKED = 1 << 32, 32, (1 << 32) - 1
+ONE_LOCKED, LOCKED_SHIFT, NO_LOCK_MASK = 1 << 32, 32, (1 << 32) - 1
 AIR_COLUMNS = 2
 
 DEAF_NS = 0
@@ -48,13 +48,13 @@ BELOW_NS = 6
 EARLIER_BURST_NS = 7
 """The same, at an earlier instant [ns]."""
 NOISE = 8
-"""Noise in the receiver [unit of power]."""
+"""Noise in the receiver, where it is not the same in all at all times [unit of power]."""
 STATE = 9
-"""What it does: one of the following states; one that receives listens."""
+"""What it does, one of the following states but `RECEIVE`: a radio that has locked on a frame listens."""
 SINCE_NS = 10
 """Since when [ns]."""
-SPENT_NS = 9
-"""Plus the number of a state from `TRANSMIT` on: time spent in it before that [ns]."""
+SPENT_NS = 11
+"""Time spent before that in `TRANSMIT`, and in the columns that follow, in the other states [ns]."""
 OPENED_NS = 14
 """When it was first switched on [ns]."""
 COLUMNS = 16
@@ -75,7 +75,7 @@ def enter(radios: IntArray, at: int, state: int, now_ns: int) -> None:
     """Let a node's radio be in a state from now on."""
     before = radios[at, STATE]
     if before != LISTEN:
-        radios[at, SPENT_NS + before] += now_ns - radios[at, SINCE_NS]
+        radios[at, SPENT_NS + before - TRANSMIT] += now_ns - radios[at, SINCE_NS]
     radios[at, STATE] = state
     radios[at, SINCE_NS] = now_ns
 
@@ -194,7 +194,7 @@ def begin_frame(
                         radios[at, RECEIVED_NS] += held_ns
                 if free:
                     radios[at, LOCKED_NS] = now_ns
-                    flags = flags & UNLOCKED & ~WANTED | (sender + 1) << LOCKED_SHIFT
+                    flags = flags & NO_LOCK_MASK & ~WANTED | (sender + 1) << LOCKED_SHIFT
                     report[LOCKS, locks] = link
                     locks += 1
             air[at, FLAGS] = flags
@@ -254,7 +254,7 @@ def end_frame(
         if power >= sensitivity:
             flags -= ONE_LOUD
             if flags >> LOCKED_SHIFT == sender + 1:
-                flags &= UNLOCKED & ~WANTED
+                flags &= NO_LOCK_MASK & ~WANTED
                 radios[at, UNLOCKED_NS] = now_ns
                 radios[at, RECEIVED_NS] += now_ns - radios[at, LOCKED_NS]
             air[at, FLAGS] = flags

@@ -28,7 +28,7 @@ packet is not. Pages of 10 ms cost more in networks of 50 motes, those of 160 ms
 
 
 class Agenda(Environment):
-    """A SimPy environment whose time counts integer nanoseconds.
+    """A SimPy environment whose time counts integer nanoseconds; no delay is infinite.
 
     Events happen in the order in which SimPy's own environment has them: by
     time, by priority, and as they were scheduled.

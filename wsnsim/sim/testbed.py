@@ -5,7 +5,6 @@ For studies of the network alone: the comparison with other simulators, with the
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, fields
 from functools import partial
 
@@ -20,7 +19,6 @@ from wsnsim.net.routing.tree import tree_from_parents
 from wsnsim.records import FrameRow
 from wsnsim.rng import RandomStreams
 from wsnsim.sim.agenda import Agenda
-from wsnsim.sim.collector import only_the_new
 from wsnsim.types import FloatArray, Nanoseconds, NodeId, Seconds
 from wsnsim.units import to_ns, to_s
 
@@ -154,9 +152,7 @@ class Testbed:
 
     def run(self, until_s: Seconds) -> None:
         """Let time pass until `until_s` [s]."""
-        # Only once: a bed that runs for many short stretches would never have its garbage collected.
-        with nullcontext() if self._clock.now else only_the_new():
-            self._env.run(until=to_ns(until_s))
+        self._env.run(until=to_ns(until_s))
 
     def tally(self) -> Tally:
         """Return what became of the packets so far."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from wsnsim.claims.network.rows import THEORY, Allowed, Estimate, Row
 from wsnsim.claims.network.section import Section
-from wsnsim.net.phy.ieee802154 import bit_error_rate, log_success
+from wsnsim.net.phy.ieee802154 import BIT_NS, O_QPSK, bit_error_rate
 
 TITLE = "Bit errors"
 WORDS = """
@@ -24,7 +24,7 @@ FRAMES = {(936, 0): 0.8597, (208, -1): 0.7873}
 def computed() -> list[float]:
     """Return ours, in the order of the tables."""
     rates = [bit_error_rate(_ratio(sinr_db)) for sinr_db in RATES]
-    return rates + [exp(log_success(_ratio(sinr_db), bits)) for bits, sinr_db in FRAMES]
+    return rates + [exp(O_QPSK.log_success(_ratio(sinr_db), 0, bits * BIT_NS)) for bits, sinr_db in FRAMES]
 
 
 def _rows(results: Sequence[Any]) -> list[Row]:

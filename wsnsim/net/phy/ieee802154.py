@@ -90,11 +90,6 @@ def _log_bit_success(sinr: float) -> float:
     return log1p(-oqpsk.bit_error_rate.compiled(sinr))
 
 
-def log_success(sinr: float, bits: float) -> float:
-    """Return the natural logarithm of the probability that `bits` bits at one SINR are all right."""
-    return bits * _log_bit_success(sinr) if sinr <= _ERROR_FREE_SINR else 0.0
-
-
 def frame_success(sinr: float, mpdu_bytes: int) -> float:
     """Return the probability that all of a frame is right, its synchronisation header included.
 
@@ -122,9 +117,7 @@ class OQpsk:
 
     def log_success(self, sinr: float, since_ns: Nanoseconds, until_ns: Nanoseconds, mode: int = 0) -> float:
         """Return the logarithm of the probability that a stretch of a frame is received without error."""
-        if sinr > _ERROR_FREE_SINR:
-            return 0.0
-        return (until_ns - since_ns) / BIT_NS * _log_bit_success(sinr)
+        return (until_ns - since_ns) / BIT_NS * _log_bit_success(sinr) if sinr <= _ERROR_FREE_SINR else 0.0
 
     def frame_success(self, sinr: float, mpdu_bytes: int, mode: int = 0) -> float:
         """Return the probability that a whole frame is received without error at one SINR (a ratio)."""

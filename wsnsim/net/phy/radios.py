@@ -31,6 +31,7 @@ from wsnsim.kernels.radio import (
     LOCKED_SHIFT,
     LOUD_MASK,
     LOUD_SHIFT,
+    NO_LOCK_MASK,
     NOISE,
     ONE_LOCKED,
     OPENED_NS,
@@ -43,7 +44,6 @@ from wsnsim.kernels.radio import (
     TOLD,
     TOTAL,
     TRANSMIT,
-    UNLOCKED,
     UNLOCKED_NS,
     WANTED,
     WATCHED,
@@ -149,7 +149,7 @@ class Radios:
         if flags >= ONE_LOCKED:
             cells[row + UNLOCKED_NS] = now_ns
             cells[row + RECEIVED_NS] += now_ns - cells[row + LOCKED_NS]
-            self._air[at * AIR_COLUMNS + FLAGS] = flags & UNLOCKED & ~WANTED
+            self._air[at * AIR_COLUMNS + FLAGS] = flags & NO_LOCK_MASK & ~WANTED
         cells[row + DEAF_NS] = radio.deaf_until_ns = NEVER
 
     def deafen(self, radio: Radio, until_ns: Nanoseconds) -> None:
@@ -162,7 +162,7 @@ class Radios:
         cells, row = self.cells, at * COLUMNS
         before = cells[row + STATE]
         if before != LISTEN:
-            cells[row + SPENT_NS + before] += now_ns - cells[row + SINCE_NS]
+            cells[row + SPENT_NS + before - TRANSMIT] += now_ns - cells[row + SINCE_NS]
         cells[row + STATE] = state
         cells[row + SINCE_NS] = now_ns
 
@@ -223,7 +223,7 @@ class RadioTimes:
     def spent_ns(self, now_ns: Nanoseconds) -> Mapping[str, Nanoseconds]:
         """Return the time spent in each state from the first on until now [ns]; their sum is all of it."""
         cells, row = self.radios.cells, self.index * COLUMNS
-        later = cells[row + SPENT_NS + TRANSMIT : row + SPENT_NS + len(CAUSES)]
+        later = cells[row + SPENT_NS : row + SPENT_NS + len(CAUSES) - TRANSMIT]
         spent = [0, cells[row + RECEIVED_NS], *later.tolist()]
         if cells[row + STATE] != LISTEN:
             spent[cells[row + STATE]] += now_ns - cells[row + SINCE_NS]

@@ -7,6 +7,7 @@ fade.
 """
 
 from bisect import bisect_left
+from itertools import pairwise
 from math import frexp
 
 import numpy as np
@@ -87,23 +88,17 @@ class Rows:
         self._mean_mw: FloatArray = np.array(links.power_mw, dtype=np.float64)
         self._mean = self._count_all(self._mean_mw)
         self._mean_of: memoryview[float] = view(self._mean_mw)
+        # Links that fade may rise to the sensitivity, or fall below it.
+        self._weak = self._bring_the_weak_last() if fading is None else self._starts[1:]
 
     def count(self, power_mw: float) -> int:
         """Return a power in units; more than can ever arrive for one that is larger than that."""
         return min(round(power_mw / self.unit_mw), 1 << _MOST_BITS)
 
     def of(self, radio: Radio) -> Row:
-        """Bring a node's links into the order that the kernels ask for, and return its row."""
-        start, stop = self._starts[radio.index], self._starts[radio.index + 1]
-        weak = stop
-        if self._fading is None:  # links that fade may rise to the sensitivity, or fall below it
-            links = slice(start, stop)
-            too_weak = self._mean[links] < self.sensitivity
-            order = np.argsort(too_weak, kind="stable")
-            for each in (self.receivers, self._mean, self._mean_mw):
-                each[links] = each[links][order]
-            weak = stop - int(np.count_nonzero(too_weak))
-        return Row(radio, start, weak, stop, self._mean, self._mean_of)
+        """Return a node's row."""
+        at = radio.index
+        return Row(radio, self._starts[at], self._weak[at], self._starts[at + 1], self._mean, self._mean_of)
 
     def fade(self, row: Row, now_ns: Nanoseconds) -> None:
         """Let the links of a row be what they are now."""
@@ -121,6 +116,18 @@ class Rows:
             if link < stop and self.receiver_of[link] == at:
                 return float(row.power_mw[link - row.first]), int(row.powers[link - row.first])
         return 0.0, 0
+
+    def _bring_the_weak_last(self) -> list[int]:
+        """Bring each node's links into the order that the kernels ask for; return where weak ones begin."""
+        weak = []
+        for start, stop in pairwise(self._starts):
+            links = slice(start, stop)
+            too_weak = self._mean[links] < self.sensitivity
+            order = np.argsort(too_weak, kind="stable")
+            for each in (self.receivers, self._mean, self._mean_mw):
+                each[links] = each[links][order]
+            weak.append(stop - int(np.count_nonzero(too_weak)))
+        return weak
 
     def _count_all(self, power_mw: FloatArray) -> IntArray:
         return np.asarray(np.rint(power_mw / self.unit_mw), dtype=np.int64)
