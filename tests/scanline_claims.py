@@ -34,7 +34,7 @@ AS_CLAIMED = {
     "cameras/N8-none": 1.8, "cameras/N8-kalman": 1.4, "cameras/N8-perfect": 1.2,
     **{f"priors/kalman-{sd}": rmse for sd, rmse in zip(SDS, _CURVE, strict=True)},
     "priors/none": 6.0, "priors/perfect": 3.0, "priors/stationary": 4.0, "priors/scan_lines": 3.5,
-    "priors/none-published": 6.0, "priors/perfect-published": 3.0,
+    "priors/none-published": 6.0, "priors/perfect-published": 3.0, "priors/kalman-8-published": 4.2,
     "tradeoff/N3-none": 9.0, "tradeoff/N3-perfect": 7.0, "tradeoff/N5-none": 2.5, "tradeoff/N5-perfect": 2.0,
     "tradeoff/N6-none": 2.0, "tradeoff/N6-perfect": 1.5, "tradeoff/N8-none": 1.4, "tradeoff/N8-perfect": 1.0,
     **dict(zip((f"occluders/M{m}-none" for m in CROWDS), _NONE, strict=True)),
@@ -42,6 +42,7 @@ AS_CLAIMED = {
     "hull/M10-ellipses": 1.3, "hull/M40-ellipses": 3.0,
     **{f"lab/N{n}-{prior}": 100.0 / n * share for n in LAB_CAMERAS for prior, share in
        (("none", 1.8), ("kalman", 1.3), ("perfect", 1.0))},
+    "lab/N16-kalman-whole": 9.0,
     "trackers/auxiliary-none": 6.0,
     "trackers/extended": 20.0, "trackers/unscented": 20.0, "trackers/map": 20.0,
     "radio/kalman": 1.45, "radio/jpeg": 20.0,

@@ -186,6 +186,13 @@ def test_an_exponent_of_p(test_seed):
     found = half.probabilities(rig, points, masks, 1, 0b101110, 0.3)
     assert (whole[found == 0.0] ** 0.5 <= 0.3).all()
     np.testing.assert_allclose(found[found > 0.0], whole[found > 0.0] ** 0.5)
+    polygons = UniformPriors([mean + 8.0 * np.array([[0, 0], [1, 0], [0, 1]]) for mean in means], 1.67)
+    whole, half = (
+        each.probabilities(rig, points, masks, 1, 0b101110, 0.0)
+        for each in (polygons, replace(polygons, exponent=0.5))
+    )
+    assert (whole > 0.0).any()
+    np.testing.assert_allclose(half, whole**0.5)
 
 
 def test_many_blind_cameras_cost_a_bounded_time(test_seed):

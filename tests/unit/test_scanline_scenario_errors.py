@@ -50,6 +50,11 @@ def virtual(corners):
         (virtual("[[1, 1], [2, 1]]"), "virtual_occluders.blocks_m[0]", "must be convex with an area"),
         (virtual("[[1, 1], [1, 1], [1, 1]]"), "virtual_occluders.blocks_m[0]", "must be convex with an area"),
         (virtual("[[9, 1], [10, 1], [10, 2]]"), "virtual_occluders.blocks_m[0]", "must reach into the room"),
+        (
+            virtual("[[1, 1], [7, 1], [7, 5], [1, 5]]"),
+            "virtual_occluders.blocks_m[0]",
+            "where the object walks",
+        ),
         (virtual("[[0.1, 0.1], [7.9, 0.1], [7.9, 5.9], [0.1, 5.9]]"), "system.virtual_occluders", "no place"),
         (
             "system.virtual_occluders={count: 900, diameter_m: 1}",

@@ -9,7 +9,6 @@ import pytest
 
 import wsnsim
 from wsnsim.metrics.conservation import violations
-from wsnsim.systems.scanline.params import PUBLISHED
 
 POST = runpy.run_path(str(Path(__file__).parents[1] / "scanline_post.py"))
 IDEAL = ("network.standard=ideal",)
@@ -82,22 +81,28 @@ def test_every_tracker_runs(room, kind):
 
 
 def test_the_published_preset_is_the_printed_forms(room):
-    """Keys that are not given are the published ones; to give them all the same comes to the same."""
+    """Keys that are not given are the published ones; to give them all is the same, and each matters."""
     file = room.with_name("preset.yaml")
-    file.write_text(POST["ROOM"].split("system:")[0] + "system: {kind: scanline}\n")
-    preset = wsnsim.run(file, overrides=(*IDEAL, "system.preset=published"))
-    written = wsnsim.run(
-        file, overrides=(*IDEAL, "system.tracker={kind: printed, joint: printed}", f"system.walk={_walk()}")
-    )
-    default = wsnsim.run(file, overrides=IDEAL)
-    assert preset.tables["estimates"].equals(written.tables["estimates"])
-    assert not preset.tables["estimates"].equals(default.tables["estimates"])
+    crowded = POST["ROOM"].replace("count: 5", "count: 20").split("system:")[0]
+    file.write_text(crowded + "system: {kind: scanline, priors: {kind: kalman, sensor_sd_m: 0.1}}\n")
 
+    def estimates(*overrides):
+        return wsnsim.run(file, overrides=(*IDEAL, *overrides)).tables["estimates"]
 
-def _walk():
-    """Return the published walk as a scenario gives it."""
-    published = PUBLISHED["walk"]
-    return "{" + ", ".join(f"{key}: {value}" for key, value in published.items()) + "}"
+    preset = estimates("system.preset=published")
+    printed = {"kind": "printed", "joint": "printed", "visibility_exponent": 1.0, "lost_sd": 6.0}
+    walk = {"memory": 0.7, "noise_sd_m": 0.066}
+    written = [f"system.tracker.{key}={value}" for key, value in printed.items()]
+    written += [f"system.walk.{key}={value}" for key, value in walk.items()]
+    assert preset.equals(estimates(*written))
+    for key, mended in (
+        ("tracker.kind", "auxiliary"),
+        ("tracker.joint", "subsets"),
+        ("tracker.visibility_exponent", "0.25"),
+        ("walk.memory", "0.3"),
+        ("walk.noise_sd_m", "0.08"),
+    ):
+        assert not preset.equals(estimates("system.preset=published", f"system.{key}={mended}")), key
 
 
 def test_a_start_that_is_given_is_known_at_once(room):
@@ -248,14 +253,23 @@ def test_a_deadline_before_any_report_leaves_nothing_but_predictions(room):
     assert len(result.tables["events"].query("kind == 'report_late'")) == 4 * STEPS
 
 
-def test_a_block_that_hides_the_object_from_all_cameras_for_long(room):
+def test_blocks_that_hide_the_object_from_all_cameras_for_long(room):
     """Nobody sees it, everybody says so: the run goes on, and believes with bounds as wide as the room."""
-    hall = "[[2.2, 1.2], [5.8, 1.2], [5.8, 4.8], [2.2, 4.8]]"
+    low, high = (2.2, 1.2), (5.8, 4.8)
+    hall = [
+        [[x, y], [x + width, y], [x + width, y + depth], [x, y + depth]]
+        for x, y, width, depth in (
+            (*low, 3.6, 0.1),
+            (*low, 0.1, 3.6),
+            (low[0], high[1], 3.7, 0.1),
+            (high[0], low[1], 0.1, 3.7),
+        )
+    ]
     result = run(
         room,
         *IDEAL,
         "duration_s=20",
-        f"system.virtual_occluders={{count: 0, blocks_m: [{hall}]}}",
+        f"system.virtual_occluders={{count: 0, blocks_m: {hall}}}",
         "world.people=[]",
         "world.crowd.area_m=[[2.5, 1.5], [5.5, 4.5]]",
     )

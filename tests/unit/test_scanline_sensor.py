@@ -11,7 +11,7 @@ from wsnsim.geometry.rotations import IDENTITY
 from wsnsim.rng import RandomStreams
 from wsnsim.systems.base import Belief, Floor, Site, TrackedTarget
 from wsnsim.systems.scanline.lines import LineOfSight
-from wsnsim.systems.scanline.measurement import ScanCamera, project, variance
+from wsnsim.systems.scanline.measurement import ScanCamera, displaced, project, variance
 from wsnsim.systems.scanline.params import ScanlineParams
 from wsnsim.systems.scanline.regions import Room
 from wsnsim.systems.scanline.sensor import make_sensors
@@ -80,6 +80,19 @@ def test_a_bias_stays_for_the_run_and_is_another_with_another_seed():
     assert (abs(first[0] - second[0]) > 0.1).all()
     again = readings(keys, steps=20)
     assert (again == first).all()
+
+
+def test_a_camera_that_stands_elsewhere_is_hidden_by_who_stands_before_it_there():
+    keys = {
+        "front_end": {"kind": "measurement", "pose_error": "bias"},
+        "noise": {"position_sd_m": 2.0, "angle_sd_rad": 0.01, "read_sd_px": 1.0},
+    }
+    stage = stage_of(params(**keys), site())
+    believed = stage.rig.cameras[1]
+    real = displaced(believed, stage.rig.noise, RandomStreams(0).stream("scanline.pose", "south"))
+    for camera, hides in ((real, True), (believed, False)):
+        people = [tuple(0.5 * (np.add(camera.position, (5.0, 6.0))))]
+        assert np.isnan(readings(keys, people, steps=2)[:, 1]).all() == hides
 
 
 def test_who_stands_before_the_object_hides_it_from_that_camera_alone():

@@ -128,7 +128,10 @@ class Recorded(Part):
     """Motion along a track that was recorded."""
 
     kind: Literal["recorded"] = Field(description="recorded: a track from a file")
-    file: InputFile = Field(description="the track, found from the scenario's folder")
+    file: InputFile = Field(
+        description="the track, found from the scenario's folder; before its first and after its last time "
+        "the body stands"
+    )
     format: Literal["csv", "obsmat", "motchallenge"] | None = Field(
         None,
         description="csv: a header with time_s, x_m, y_m; obsmat: of ETH and UCY; motchallenge: boxes or "

@@ -27,6 +27,7 @@ from wsnsim.claims.scanline.studies import (
     PERFECT,
     PRIORS,
     TRADED,
+    WHOLE,
     params_of,
     runs_of,
 )
@@ -147,7 +148,9 @@ def lab(evidence: Evidence) -> str:
         f"in the middle by {number(axis(room.occluders))} on one (paper: 61.8). Error without priors over "
         f"that with perfect ones, by cameras: {', '.join(said)}. Perfect priors save "
         f"{number(few[0] - few[1])} inches at N = {LAB_CAMERAS[0]} and {number(most[0] - most[1])} at "
-        f"N = {LAB_CAMERAS[-1]}. {_disorder(evidence, in_lab, LAB_CAMERAS)}"
+        f"N = {LAB_CAMERAS[-1]}. {_disorder(evidence, in_lab, LAB_CAMERAS)} Where the exponent "
+        f"is 1, Kalman priors at N = {LAB_CAMERAS[-1]} err "
+        f"× {_over(evidence, in_lab(LAB_CAMERAS[-1], WHOLE), in_lab(LAB_CAMERAS[-1], KALMAN))} as much."
     )
 
 

@@ -17,6 +17,8 @@ SDS = (2, 4, 8, 16)
 """σ_v of Fig. 10, in units."""
 BEYOND = ("stationary", "scan_lines")
 """Kinds of knowledge that the paper does not try."""
+WHOLE = "kalman-whole"
+"""A Kalman filter's places, with each frame's p(η) taken whole: as if occlusions did not last."""
 DEFAULT, PUBLISHED = "default", "published"
 FORMS = (PUBLISHED, DEFAULT)
 CAMERAS = (2, 3, 4, 5, 6, 7, 8)
@@ -50,7 +52,7 @@ PRIOR_STUDY = _study(
         PERFECT,
         *(f"{KALMAN}-{sd}" for sd in SDS),
         *BEYOND,
-        *(f"{cell}-{PUBLISHED}" for cell in (NONE, PERFECT)),
+        *(f"{cell}-{PUBLISHED}" for cell in (NONE, PERFECT, f"{KALMAN}-{PAPER_SD}")),
     ),
 )
 TRADE_STUDY = _study(
@@ -62,7 +64,9 @@ TRACKER_STUDY = _study(
     (*(f"{tracker}-{prior}" for tracker in PARTICLE_TRACKERS for prior in (NONE, PERFECT)), *KALMAN_TRACKERS),
 )
 HULL_STUDY = _study("hull", tuple(f"M{m}-{kind}" for m in HULL_CROWDS for kind in HULLS))
-LAB_STUDY = _study("lab", tuple(f"N{n}-{prior}" for n in LAB_CAMERAS for prior in PRIORS))
+LAB_STUDY = _study(
+    "lab", (*(f"N{n}-{prior}" for n in LAB_CAMERAS for prior in PRIORS), f"N{LAB_CAMERAS[-1]}-{WHOLE}")
+)
 RADIO_STUDY = _study("radio", (*RADIO_CELLS, ALONE))
 STUDIES = (
     CAMERA_STUDY,

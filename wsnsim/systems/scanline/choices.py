@@ -204,8 +204,9 @@ class ParticleTracker(Section):
     )
     visibility_exponent: Annotated[float, Field(gt=0, le=1)] = Field(
         0.25,
-        description="of p(η) of normal priors; 1 as published takes the occlusions of successive frames as "
-        "independent, but they last some frames: one over these keeps the tracker from being too sure [-]",
+        description="of p(η) of priors that spread the occluders; 1 as published takes the occlusions of "
+        "successive frames as independent, but they last some frames: one over these keeps the tracker from "
+        "being too sure [-]",
     )
     lost_sd: Annotated[float, Field(gt=0, le=1e3)] = Field(
         6.0, description="standard deviations by which all particles misfit when all are drawn anew [-]"
@@ -216,7 +217,8 @@ class KalmanTracker(Section):
     """What Sec. 4 finds wanting."""
 
     kind: Literal["extended", "unscented", "map"] = Field(
-        description="extended or unscented Kalman filter, or maximum a posteriori with a Kalman filter"
+        description="extended or unscented Kalman filter, or maximum a posteriori with a Kalman filter; none "
+        "of them makes use of priors"
     )
     acceleration_sd_mps2: Annotated[float, Field(gt=0, le=1e4)] | None = Field(
         None, description="of the filter's model, each axis; null: half of its speed a frame period [m/s²]"

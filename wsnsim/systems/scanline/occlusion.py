@@ -160,8 +160,7 @@ class NormalPriors:
             self.joint != "printed",
             negligible ** (1.0 / self.exponent),
         )
-        result = _not_below_0(result, self.joint)
-        return result if self.exponent == 1.0 else np.maximum(result, 0.0) ** self.exponent
+        return _raised(_not_below_0(result, self.joint), self.exponent)
 
     @cached_property
     def _triangles(self) -> FloatArray:
@@ -180,12 +179,14 @@ class UniformPriors:
     radius_m : of the cylinders [m]
     joint : how Eq. 6 is evaluated
     detected : probability that a camera that could see the object recognises it
+    exponent : of p(η), above 0, as of `NormalPriors`
     """
 
     polygons: Sequence[FloatArray]
     radius_m: float
     joint: Joint = "subsets"
     detected: float = 1.0
+    exponent: float = 1.0
 
     def coverage(self, rig: Rig, points: FloatArray, masks: IntArray) -> FloatArray:
         """Return q (m, k, n): the share of polygon k in the rectangle round the line of sight."""
@@ -206,7 +207,9 @@ class UniformPriors:
     ) -> FloatArray:
         """Return p(η | x) by Eqs. 5 and 6."""
         q = self.coverage(rig, points, masks)
-        return joint_probability(q, masks, seeing, blind, self.joint, self.detected, negligible)
+        least = negligible ** (1.0 / self.exponent)
+        result = joint_probability(q, masks, seeing, blind, self.joint, self.detected, least)
+        return _raised(result, self.exponent)
 
 
 @dataclass(frozen=True, eq=False)
@@ -298,6 +301,10 @@ def joint_probability(
         negligible,
     )
     return _not_below_0(result, joint)
+
+
+def _raised(probabilities: FloatArray, exponent: float) -> FloatArray:
+    return probabilities if exponent == 1.0 else np.maximum(probabilities, 0.0) ** exponent
 
 
 def _not_below_0(probabilities: FloatArray, joint: Joint) -> FloatArray:

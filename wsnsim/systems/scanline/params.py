@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self, TypeAlias
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from wsnsim.systems.base import SystemParams
+from wsnsim.systems.base import Site, SystemParams
 from wsnsim.systems.scanline.choices import (
     BaseHead,
     Head,
@@ -44,7 +44,8 @@ class ScanlineParams(SystemParams):
     kind: Literal["scanline"]
     preset: Literal["default", "published"] = Field(
         "default",
-        description="published: the printed forms where a key is not given; default: the mended ones",
+        description="published: the printed forms where a key is not given, the walk's noise of .33 units "
+        "for units of .2 m; default: the mended ones",
     )
     unit_m: Annotated[float, Field(gt=0, le=1e6)] = Field(
         1.0, description="length that counts as one unit where figures stand beside the paper's [m]"
@@ -113,6 +114,26 @@ class ScanlineParams(SystemParams):
                 "virtual_occluders must be null where whole scan lines come of pixels: they are in no image"
             )
         return self
+
+    def told(self, site: Site) -> tuple[str, ...]:
+        """Return preset, message, probability of detection, cameras and occluders, each in a few words."""
+        message = "scan line" if self.says_lines else self.message or "bearing"
+        virtual = self.virtual_occluders
+        number, width_m, kind = site.floor.people, 2.0 * site.floor.person_radius_m, ""
+        if virtual is not None:
+            number, width_m, kind = virtual.count, virtual.diameter_m, "virtual "
+        occluders = f"{number or 'no'} {kind}occluder{'' if number == 1 else 's'}"
+        if number:
+            occluders += f" {width_m:.3g} m wide"
+        blocks = 0 if virtual is None else len(virtual.blocks_m)
+        return (
+            *(() if self.preset == "default" else (f"preset “{self.preset}”",)),
+            f"message “{message}”",
+            f"probability of detection {self.detected:g}",
+            f"{len(site.cameras)} camera{'' if len(site.cameras) == 1 else 's'}",
+            occluders,
+            *(() if not blocks else (f"{blocks} virtual block{'' if blocks == 1 else 's'}",)),
+        )
 
     @property
     def says_lines(self) -> bool:

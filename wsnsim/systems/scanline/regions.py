@@ -8,6 +8,7 @@ by one, so that the answer is exact. Left out: heights. A wall hides whatever is
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -66,6 +67,15 @@ class Room:
         """The polygons' half-planes (e, 3), and where each polygon's begin (p + 1,), for the kernels."""
         planes, starts = half_planes(self.walls)
         return frozen(planes, np.float64), frozen(starts, np.int64)
+
+    def wall_of(self, points: FloatArray) -> IntArray:
+        """Return the number of the wall that each point (m, 2) is inside, -1 for none, (m,)."""
+        planes, starts = self.half_planes
+        found = np.full(len(points), -1, dtype=np.int64)
+        for number, (start, end) in enumerate(pairwise(starts)):
+            beyond = points @ planes[start:end, :2].T - planes[start:end, 2]
+            found[beyond.max(axis=1) < 0.0] = number
+        return found
 
     def within(self, points: FloatArray, margin_m: float = 0.0) -> BoolArray:
         """Tell which points (m, 2) are in the room, and so far from its sides and walls at least, (m,)."""

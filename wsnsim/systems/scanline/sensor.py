@@ -6,6 +6,7 @@ virtual sensor, as of sound, that knows who is who.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,7 +21,8 @@ from wsnsim.systems.scanline.lines import LineOfSight
 from wsnsim.systems.scanline.measurement import displaced, measure
 from wsnsim.systems.scanline.params import ScanlineParams
 from wsnsim.systems.scanline.reading import Measured, OccluderPlaces, Reading
-from wsnsim.systems.scanline.stage import Stage, stage_of
+from wsnsim.systems.scanline.regions import Rig
+from wsnsim.systems.scanline.stage import Stage, real_cameras, stage_of
 from wsnsim.types import FloatArray, NodeId, Seconds
 from wsnsim.world.crowd import Crowd
 from wsnsim.world.motion import TimedPath, interpolate
@@ -35,13 +37,15 @@ class Truth:
 
     Parameters
     ----------
-    stage : the deployment
+    stage : the deployment as it is believed to be
+    rig : the cameras where they really are
     world : what is true
     occluders : who may hide the object
     """
 
-    def __init__(self, stage: Stage, world: World, occluders: Occluders) -> None:
+    def __init__(self, stage: Stage, rig: Rig, world: World, occluders: Occluders) -> None:
         self.stage = stage
+        self.rig = rig
         self._world = world
         self._occluders = occluders
         self._time: Seconds | None = None
@@ -62,15 +66,15 @@ class Truth:
         return self
 
     def _look(self, time: Seconds) -> None:
-        stage = self.stage
+        rig = self.rig
         (pose,) = self._world.at(time)
         self.place, self.occluders = pose.position[:2], self._occluders(time)
         point = frozen(self.place[np.newaxis], np.float64)
         centres = frozen(self.occluders, np.float64)
-        (hidden,) = disc_masks(point, stage.rig.rows, centres, stage.radius_m)
-        (allowed,) = stage.rig.masks(point)
+        (hidden,) = disc_masks(point, rig.rows, centres, self.stage.radius_m)
+        (allowed,) = rig.masks(point)
         self.visible = int(allowed & ~hidden)
-        ways = centres[:, np.newaxis] - stage.rig.rows[np.newaxis, :, :2]
+        ways = centres[:, np.newaxis] - rig.rows[np.newaxis, :, :2]
         self.nearest = np.hypot(ways[..., 0], ways[..., 1]).argmin(axis=1)
 
 
@@ -96,10 +100,7 @@ class ScanSensor:
         self._line = LineOfSight(self._camera, stage.rig.room)
         front_end = params.front_end
         self._white = not (isinstance(front_end, MeasurementFrontEnd) and front_end.pose_error == "bias")
-        self._real = self._camera
-        if not self._white:
-            generator = streams.stream("scanline.pose", self._name)
-            self._real = displaced(self._camera, stage.rig.noise, generator)
+        self._real = truth.rig.cameras[number]
 
     def measured(self, step: int, time: Seconds) -> Measured:
         """Return what the mote measures at an instant [s]."""
@@ -155,12 +156,15 @@ def make_sensors(params: ScanlineParams, site: Site, world: World) -> Mapping[No
 
     Raises
     ------
-    ScenarioError : virtual occluders that have no room
+    ScenarioError : virtual occluders that have no room, or an object that walks through virtual blocks
     """
     stage = stage_of(params, site)
     virtual = params.virtual_occluders
     occluders = people_places(world) if virtual is None else _virtual(virtual, stage, site)
-    truth = Truth(stage, world, occluders)
+    if virtual is not None:
+        _keep_out(len(virtual.blocks_m), stage, site, world)
+    rig = replace(stage.rig, cameras=real_cameras(params, site, stage.rig.noise))
+    truth = Truth(stage, rig, world, occluders)
     return {name: ScanSensor(params, truth, number, site.streams) for number, name in enumerate(stage.names)}
 
 
@@ -179,6 +183,32 @@ def people_places(world: World) -> Occluders:
         return np.array([path.at(time).position[:2] for path in paths]).reshape(-1, 2)
 
     return places
+
+
+def _keep_out(blocks: int, stage: Stage, site: Site, world: World) -> None:
+    """Make sure that the object keeps out of virtual blocks, which nothing in its world keeps it out of.
+
+    Raises
+    ------
+    ScenarioError : it does not
+    """
+    room, times = stage.rig.room, np.arange(site.steps + 1) / site.rate_hz
+    places = np.array([world.at(float(time))[0].position[:2] for time in times])
+    numbers = room.wall_of(places) - (len(room.walls) - blocks)
+    (inside,) = np.nonzero(numbers >= 0)
+    if not len(inside):
+        return
+    first = inside[0]
+    place = ", ".join(f"{each:.6g}" for each in places[first])
+    raise ScenarioError(
+        [
+            Problem(
+                f"system.virtual_occluders.blocks_m[{numbers[first]}]",
+                f"must not be where the object walks, which is at [{place}] m after {times[first]:.6g} s; "
+                "move the block, or the track by its offset_m",
+            )
+        ]
+    )
 
 
 def _virtual(virtual: VirtualOccluders, stage: Stage, site: Site) -> Occluders:

@@ -1,7 +1,6 @@
 """What everybody knows of a deployment before a run: cameras, room, walls, and what occluders are like."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 from math import asin, atan, atan2, degrees
 
 import numpy as np
@@ -113,12 +112,25 @@ def stage_of(params: ScanlineParams, site: Site) -> Stage:
 
 def _believed(params: ScanlineParams, site: Site, noise: MeasurementNoise) -> list[ScanCamera]:
     """Return the cameras where they are believed to be: real images come from where they really are."""
-    cameras = [scan_camera(camera) for camera in site.cameras.values()]
-    if not (isinstance(params.front_end, PixelFrontEnd) and params.front_end.pose_error == "bias"):
-        return cameras
+    pixels = isinstance(params.front_end, PixelFrontEnd)
+    return _beside(site, noise) if pixels and params.front_end.pose_error == "bias" else _given(site)
+
+
+def real_cameras(params: ScanlineParams, site: Site, noise: MeasurementNoise) -> list[ScanCamera]:
+    """Return the cameras where they are: without images, those of the scenario are where they should be."""
+    pixels = isinstance(params.front_end, PixelFrontEnd)
+    return _given(site) if pixels or params.front_end.pose_error != "bias" else _beside(site, noise)
+
+
+def _given(site: Site) -> list[ScanCamera]:
+    return [scan_camera(camera) for camera in site.cameras.values()]
+
+
+def _beside(site: Site, noise: MeasurementNoise) -> list[ScanCamera]:
+    """Return the cameras of the scenario, each off by one draw of the noise."""
     return [
         displaced(camera, noise, site.streams.stream("scanline.pose", name))
-        for name, camera in zip(site.cameras, cameras, strict=True)
+        for name, camera in zip(site.cameras, _given(site), strict=True)
     ]
 
 
@@ -167,13 +179,11 @@ def _fault(camera: PinholeCamera, room: Room, virtual: int) -> str | None:
             "let it look at a point of its own height"
         )
     place = camera.position[:2]
-    planes, starts = room.half_planes
-    real = len(room.walls) - virtual
-    for number, (start, end) in enumerate(pairwise(starts)):
-        if (planes[start:end, :2] @ place - planes[start:end, 2]).max() < 0.0:
-            kind = "world.occluders" if number < real else f"virtual_occluders.blocks_m[{number - real}]"
-            return f"must stand outside {kind}, seen from above, got {place.tolist()} [m]"
-    return None
+    real, number = len(room.walls) - virtual, int(room.wall_of(place[np.newaxis])[0])
+    if number < 0:
+        return None
+    kind = "world.occluders" if number < real else f"virtual_occluders.blocks_m[{number - real}]"
+    return f"must stand outside {kind}, seen from above, got {place.tolist()} [m]"
 
 
 def anywhere_sds_m(room: Room) -> FloatArray:
