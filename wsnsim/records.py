@@ -44,7 +44,10 @@ class ViewRow:
 
 @dataclass(frozen=True, slots=True)
 class EstimateRow:
-    """What a node believes of a target; covariance of the position [m²], orientation (w, x, y, z)."""
+    """What a node believes of a target; covariance of the position [m²], orientation (w, x, y, z).
+
+    The orientation is NaN, and missing in results.sqlite, where the system estimates none.
+    """
 
     table: ClassVar[str] = "estimates"
     time_s: float
@@ -184,6 +187,8 @@ class EventRow:
     node: str
     kind: str
     detail: str
+    step: int | None = None
+    """The tracking step that it is about, where figures are made of it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,3 +44,23 @@ def test_what_is_wrong_with_a_scenario_is_told_with_its_place(tmp_path: Path) ->
         assert refused.returncode == 2, change + refused.stdout + refused.stderr
         assert words in refused.stderr, refused.stderr
         assert "Traceback" not in refused.stderr
+
+
+def test_a_head_that_cannot_keep_up_is_warned_of(tmp_path: Path) -> None:
+    wsnsim("init", "hall", "--template", "scanline", cwd=tmp_path)
+    folder = tmp_path / "hall"
+    changes = (
+        "motes.nodes=[{id: r, position_m: [6, 1, 2]}]",
+        "system.head={kind: node, id: r}",
+        "system.priors={kind: stationary}",
+        "duration_s=4",
+        "expect={}",
+    )
+    options = [option for change in changes for option in ("--set", change)]
+    done = wsnsim("run", "scenario.yaml", *options, cwd=folder)
+    assert done.returncode == 0, done.stdout + done.stderr
+    (warning,) = (line for line in done.stderr.splitlines() if line.startswith("Warning"))
+    assert warning.startswith("Warning: r could not keep up with tracking: ")
+    assert "a frame period is 133 ms: take fewer particles (system.tracker.particles), a faster" in warning
+    quiet = wsnsim("run", "scenario.yaml", "--force", "--quiet", *options, cwd=folder)
+    assert quiet.stderr == ""

@@ -8,7 +8,7 @@ import pytest
 
 from wsnsim.geometry.camera import PinholeCamera
 from wsnsim.geometry.rotations import quaternion_to_matrix
-from wsnsim.metrics.steps import steps_table, turn_between
+from wsnsim.metrics.steps import passed_over, steps_table, turn_between
 
 # f = 100 px, looking along +x from the origin: y metres to the left at depth x is 100 y / x pixels.
 CAMERA = PinholeCamera.look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), 100.0, (200, 200))
@@ -46,6 +46,27 @@ TRUTH = truth(
 def table(estimate_rows, view_rows=(), cameras=None):
     views_frame = views(list(view_rows))
     return steps_table(TRUTH, estimates(estimate_rows), views_frame, cameras or {"a": CAMERA, "b": BEHIND})
+
+
+def test_frames_that_a_busy_tracker_left_out_are_told_from_those_of_which_nothing_came():
+    """Of the first nothing was believed; of the second a mote tells, as it was no longer the only tracker."""
+    frame = table(
+        [(2 / 3, 0.8, "box", 10, 1, 0, 2, 1, "update"), (1.0, 1.2, "box", 10, 1, 0, 2, 0, "timed_out")]
+    )
+    columns = ["time_s", "node", "kind", "detail", "step"]
+    left_out = [(1.5, "m", "frame_left_out", "busy", step) for step in (1, 2)]
+    other = (1.5, "m", "frame_skipped", "busy", 3)
+    said = passed_over(frame, pd.DataFrame([*left_out, other], columns=columns))
+    assert said["kind"].tolist() == ["skipped", "update", "timed_out"]
+    assert said.drop(columns="kind").equals(frame.drop(columns="kind"))
+    assert passed_over(frame, pd.DataFrame([], columns=columns)).equals(frame)
+
+
+def test_without_an_orientation_there_is_no_error_of_it():
+    rows = [(1 / 3, 0.5, "box", 10, 0, 0, 2, 1, "update")]
+    frame = steps_table(TRUTH, estimates(rows, (math.nan,) * 4), views([]), {})
+    assert frame["error_m"].iloc[0] == 0.0
+    assert frame["orientation_error_deg"].isna().all()
 
 
 def test_one_row_for_each_step_after_the_first_instant_whatever_was_estimated():

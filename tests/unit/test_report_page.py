@@ -335,8 +335,19 @@ def test_every_summary_figure_is_explained(make_context):
     assert {figure.key for figure in KEY_FIGURES} == set(context.summary)
     text = "".join(check(render(context)).text)
     for figure in KEY_FIGURES:
-        assert figure.label in text
-        assert figure.meaning in text
+        told = not figure.optional or context.summary[figure.key] is not None
+        assert (figure.label in text) == told
+        assert (figure.meaning in text) == told
+
+
+def test_of_what_a_system_does_not_estimate_there_is_no_row(make_context):
+    for key, label in (
+        ("orientation_error_mean_deg", "Mean orientation error"),
+        ("smoothed_error_mean_m", "Mean error, smoothed"),
+    ):
+        for value in (0.0, None):
+            rows = key_rows(changed(make_context(), **{key: value}).summary, main=False)
+            assert (label in [row[0] for row in rows]) == (value is not None)
 
 
 def test_the_paths_figure_joins_truth_and_estimate_by_patches(make_context):
@@ -410,6 +421,8 @@ def test_the_systems_choices_stand_under_the_title(make_context):
     page = render(context)
     assert '<p class="soft">With priors “kalman”, head “&lt;elected&gt;”</p>' in page
     assert '<p class="soft">With' not in render(make_context())
+    both = render(dataclasses.replace(context, settings=("message “bearing”", "2 cameras")))
+    assert "“&lt;elected&gt;”, message “bearing”, 2 cameras</p>" in both
 
 
 def test_the_error_is_told_in_the_published_unit(make_context):

@@ -3,12 +3,16 @@
 import json
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from wsnsim.cli.arguments import ScenarioFile
 from wsnsim.cli.main import EXPECTATION
 from wsnsim.runs.result import Run
+
+if TYPE_CHECKING:
+    from wsnsim.scenario.load import LoadedScenario
 
 
 @click.command("run")
@@ -58,7 +62,7 @@ def command(
         click.echo(json.dumps(_document(result), indent=2, allow_nan=False))
     elif not quiet:
         _print(result)
-        _warn(result)
+        _warn(result, loaded)
     for expectation in result.expectations:
         if not expectation.met:
             click.echo(f"expect: {expectation}", err=True)
@@ -102,10 +106,15 @@ def _print(result: Run) -> None:
     click.echo(f"{'report':>30}  {result.folder}/report.html")
 
 
-def _warn(result: Run) -> None:
+def _warn(result: Run, loaded: "LoadedScenario") -> None:
     """Say on stderr what a reader of the figures must know."""
+    from wsnsim.report.heads import overwork
+    from wsnsim.runs.report_context import particles_key
+
     if len(result.steps) and result.summary["unmeasured_steps"] == len(result.steps):
         click.echo("Warning: nothing was measured; the errors are those of a prediction.", err=True)
+    for sentence in overwork(result.tables, result.summary["simulated_s"], particles_key(loaded)):
+        click.echo(f"Warning: {sentence}".replace("\u202f", " "), err=True)
     dead = list(result.nodes.dropna(subset=["died_at_s"])["node"])
     if dead:
         click.echo(f"Warning: batteries ran empty: {', '.join(dead)}.", err=True)

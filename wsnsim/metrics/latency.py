@@ -13,7 +13,7 @@ def latency(steps: pd.DataFrame) -> Figures:
       a prediction is there at once and says nothing of how long measuring takes. Beside them
       `latency_mean_s` and `latency_max_s` of the same.
     - `missed_deadlines`: cameras were asked and none was heard in time, or
-      there is no estimate at all.
+      there is no estimate at all; those that were passed over are not among them.
     - `unmeasured_steps`: no measurement, for whatever reason.
     - `skipped_steps`: the tracker was still busy with an earlier step.
 

@@ -89,6 +89,22 @@ def steps_table(
     )
 
 
+def passed_over(steps: pd.DataFrame, events: pd.DataFrame) -> pd.DataFrame:
+    """Return the steps, `skipped` where the tracker left the frame out since it was still busy.
+
+    A base station that tracks says so itself. Where a mote does, the base station knows only that it heard
+    nothing of the frame: its estimate, if it made one, says `timed_out`.
+
+    Parameters
+    ----------
+    steps : the table of `steps_table`
+    events : the record table
+    """
+    left_out = steps["step"].isin(events.loc[events["kind"] == "frame_left_out", "step"])
+    unheard = steps["kind"].isna() | (steps["kind"] == "timed_out")
+    return steps.assign(kind=steps["kind"].mask(left_out & unheard, "skipped"))
+
+
 def turn_between(one: FloatArray, other: FloatArray) -> FloatArray:
     """Return the angle of the turn that takes one orientation to the other.
 

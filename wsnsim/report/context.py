@@ -34,7 +34,9 @@ class ReportContext:
     wait_s : how long after a frame the base station waits for what cameras say of it [s]; None: not known
     platforms : processor board of each node, by its name
     choices : kind that each part of the tracking system was given, by the part's name
+    settings : what else of the system decides the result, in a few words each
     unit_m : length that counts as one unit beside the published figures [m]; None: the metre
+    particles : key of the number of the tracker's particles; None: it has none
     """
 
     name: str
@@ -53,4 +55,6 @@ class ReportContext:
     wait_s: Seconds | None = None
     platforms: Mapping[NodeId, str] = field(default_factory=dict)
     choices: Mapping[str, str] = field(default_factory=dict)
+    settings: tuple[str, ...] = ()
     unit_m: float | None = None
+    particles: str | None = None

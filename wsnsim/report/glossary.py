@@ -48,6 +48,9 @@ EVENTS: Mapping[str, str] = {
     "track_lost": "tracks that the tracker gave up",
     "track_started": "tracks that the tracker began, or found again",
     "reinitialised": "times that no particle explained what was seen, and all were drawn anew",
+    "frame_left_out": "frames that a tracker left out because its processor was still busy",
+    "occluders_unknown": "frames whose blobs cut the floor into too many pieces; nothing was known of the "
+    "occluders",
     "report_late": "reports of cameras that came after their frame was closed",
     "image_refused": "images that arrived damaged, or in parts that did not go together",
     "report_astray": "reports of cameras that had not heard who is the cluster head",

@@ -18,6 +18,8 @@ class KeyFigure:
     show: Callable[[float | int | None], str]
     main: bool = False
     """Whether it stands in the short table at the top."""
+    optional: bool = False
+    """Whether nothing is said of it where it has no value: not every system makes such estimates."""
 
 
 def _of(unit: str) -> Callable[[float | int | None], str]:
@@ -57,12 +59,14 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
         "Mean orientation error",
         "angle of the turn between true and estimated orientation, over all steps with an estimate",
         lambda v: with_unit(v, "°"),
+        optional=True,
     ),
     KeyFigure(
         "smoothed_error_mean_m",
         "Mean error, smoothed",
         "distance from the true position of what a smoother made of older instants",
         length,
+        optional=True,
     ),
     KeyFigure(
         "lost_fraction",
@@ -94,7 +98,7 @@ KEY_FIGURES: tuple[KeyFigure, ...] = (
     KeyFigure(
         "skipped_steps",
         "Estimates passed over",
-        "those of them that were not measured because an earlier step took too long",
+        "those of them that were not measured because the tracker was still busy with an earlier step",
         count,
     ),
     KeyFigure(
@@ -272,6 +276,7 @@ def key_rows(summary: Mapping[str, float | int | None], main: bool) -> list[tupl
         (figure.label, figure.show(summary[figure.key]), figure.meaning, figure.key)
         for figure in _of_packets(_after_a_death() if died else KEY_FIGURES, tracking="steps" in summary)
         if figure.main == main and figure.key in summary
+        if not figure.optional or summary[figure.key] is not None
     ]
 
 

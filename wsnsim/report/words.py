@@ -4,6 +4,7 @@ from wsnsim.metrics.energy import ENERGY_COLUMNS, drawn_by_node_j
 from wsnsim.metrics.figures import mean_or_none
 from wsnsim.report.context import ReportContext
 from wsnsim.report.glossary import ENERGY_USES
+from wsnsim.report.heads import overwork, overworked
 from wsnsim.report.hearing import hearing, hearing_verdict, readiness
 from wsnsim.report.losses import delivery, estimates_due, network_verdict, offered_load
 from wsnsim.report.timeline import turns
@@ -27,6 +28,7 @@ def verdicts(context: ReportContext) -> list[str]:
         *_blindness(context),
         *network,
         *hearing_verdict(context, radio_is_told=bool(network)),
+        *overwork(context.tables, context.summary["simulated_s"], context.particles),
         *_skipped_images(context),
         *death_words(context),
     ]
@@ -79,8 +81,8 @@ def information(context: ReportContext) -> str:
 
 
 def chosen(context: ReportContext) -> str:
-    """Return what the parts of the tracking system are, where there is a choice."""
-    return ", ".join(f"{part} “{kind}”" for part, kind in context.choices.items())
+    """Return what the parts of the tracking system are, where there is a choice, and what else decides."""
+    return ", ".join([*(f"{part} “{kind}”" for part, kind in context.choices.items()), *context.settings])
 
 
 def base_supply(context: ReportContext) -> str:
@@ -204,7 +206,8 @@ def _blindness(context: ReportContext) -> list[str]:
 
 def _skipped_images(context: ReportContext) -> list[str]:
     nodes = context.tables["nodes"]
-    slow = nodes[nodes["images_skipped"] > 0]
+    # of those that tracked too slowly it is told with that
+    slow = nodes[(nodes["images_skipped"] > 0) & ~nodes["node"].isin(overworked(context.tables))]
     if slow.empty:
         return []
     skipped, taken = int(slow["images_skipped"].sum()), int(slow["images_taken"].sum())

@@ -43,8 +43,17 @@ def report_context(
         wait_s=simulation.schedule.settle_s,
         platforms={name: node.platform.name for name, node in simulation.nodes.items()},
         choices=_choices(loaded),
+        settings=loaded.system_params.told(simulation.site),
         unit_m=getattr(loaded.system_params, "unit_m", None),
+        particles=particles_key(loaded),
     )
+
+
+def particles_key(loaded: LoadedScenario) -> str | None:
+    """Return the key of the number of the tracker's particles; None where it has none."""
+    params = loaded.system_params
+    parts = {"system.particles": params, "system.tracker.particles": getattr(params, "tracker", None)}
+    return next((key for key, part in parts.items() if hasattr(part, "particles")), None)
 
 
 def _choices(loaded: LoadedScenario) -> dict[str, str]:

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from wsnsim.errors import OutputError, WsnsimError
-from wsnsim.metrics.steps import steps_table
+from wsnsim.metrics.steps import passed_over, steps_table
 from wsnsim.metrics.summary import summary
 from wsnsim.records import ROW_TYPES
 from wsnsim.runs.expectations import check, check_keys
@@ -191,7 +191,8 @@ def _finish(
     store = RunStore(folder.database)
     tables = {row_type.table: store.table(row_type.table) for row_type in ROW_TYPES}
     cameras = {camera.node.id: camera.renderer.camera for camera in simulation.cameras}
-    tables["steps"] = steps_table(tables["truth"], tables["estimates"], tables["views"], cameras)
+    steps = steps_table(tables["truth"], tables["estimates"], tables["views"], cameras)
+    tables["steps"] = passed_over(steps, tables["events"])
     write_table(folder.database, "steps", tables["steps"])
     lost_above_m = _lost_above_m(loaded)
     figures = summary(

@@ -121,9 +121,9 @@ class Node:
         self.images_skipped += 1
         self.tell("frame_skipped", f"frame {step}: {why}")
 
-    def tell(self, kind: str, detail: str) -> None:
-        """Record an event of this node."""
-        self._sink.write(EventRow(to_s(self._clock.now), self.id, kind, detail))
+    def tell(self, kind: str, detail: str, step: int | None = None) -> None:
+        """Record an event of this node, of a tracking step where figures are made of it."""
+        self._sink.write(EventRow(to_s(self._clock.now), self.id, kind, detail, step))
 
     def _die(self) -> None:
         """Stop at once: nothing waits, nothing finishes."""
@@ -179,7 +179,7 @@ class Node:
 
     def _take_effect(self, step: Step) -> None:
         for note in step.notes:
-            self.tell(note.kind, note.detail)
+            self.tell(note.kind, note.detail, note.step)
         for estimate in step.estimates:
             self._sink.write(self._row(estimate))
         for timer in step.timers:

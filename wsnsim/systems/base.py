@@ -84,9 +84,17 @@ class Timer:
     at: Seconds
 
 
+NOT_ORIENTED: FloatArray = np.full(4, np.nan)
+"""Orientation of a target of which a tracker estimates none."""
+NOT_ORIENTED.flags.writeable = False
+
+
 @dataclass(frozen=True)
 class Belief:
-    """State of a target as a tracker holds it: two arrays (3,) and a unit quaternion (w, x, y, z)."""
+    """State of a target as a tracker holds it: two arrays (3,) and a unit quaternion (w, x, y, z).
+
+    A tracker that does not estimate the orientation says so by `NOT_ORIENTED`.
+    """
 
     position: FloatArray
     velocity: FloatArray
@@ -132,6 +140,8 @@ class Note:
 
     kind: str
     detail: str
+    step: int | None = None
+    """The tracking step that it is about, where figures are made of it."""
 
 
 @dataclass(frozen=True)
@@ -306,6 +316,10 @@ class SystemParams(BaseModel, extra="forbid", frozen=True, allow_inf_nan=False):
     """Base of the parameters that stand under `system:` in a scenario."""
 
     kind: str
+
+    def told(self, site: Site) -> tuple[str, ...]:
+        """Return what decides a run's result besides the kinds of its parts, each in a few words."""
+        return ()
 
 
 P = TypeVar("P", bound=SystemParams)

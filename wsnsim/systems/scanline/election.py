@@ -158,7 +158,8 @@ class Election:
             return Step(timers=self._wait().timers, notes=(kept,))
         self.office = next_office(office, head, first)
         self._settled, self._announced = False, 0
-        said = f"{counted}, {self._names[head]} has most, {left_j[head]:.4g} J; head from frame {first} on"
+        left = "on mains" if math.isinf(left_j[head]) else f"{left_j[head]:.4g} J"
+        said = f"{counted}, {self._names[head]} has most, {left}; head from frame {first} on"
         soon = self._reminder((step + 1 + _QUIET) / self._site.rate_hz)
         return Step(timers=(*self._wait().timers, soon), notes=(Note("head_elected", said),))
 

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from wsnsim.geometry.rotations import IDENTITY
-from wsnsim.systems.base import Basis, Belief, TrackEstimate
+from wsnsim.systems.base import NOT_ORIENTED, Basis, Belief, TrackEstimate
 from wsnsim.systems.scanline.followers import Followed
 from wsnsim.systems.scanline.stage import Stage
 from wsnsim.types import FloatArray
@@ -30,7 +29,7 @@ def estimate_of(
     belief = Belief(
         np.array([*followed.place, stage.height_m]),
         np.array([*(followed.velocity * rate_hz), 0.0]),
-        IDENTITY,
+        NOT_ORIENTED,
     )
     if basis is None:
         basis = Basis.UPDATE if heard else Basis.TIMED_OUT

@@ -2,9 +2,10 @@
 
 A frame is closed when everybody was heard or its deadline is over; frames are closed in their order, each
 once. What was not heard by then counts as not reported, never as not seen. A frame whose turn comes when
-the deadline of the next one is over too, as the processor was busy, is left out: the tracker moves on to the
-next without its reports, so that it falls behind by a frame or so and the time of its work, never more.
-Reports name their frame by one byte: a head that is busy with a single one for 255 others mistakes them.
+the deadline of the next one is over too, as the processor was busy, is left out, and noted: the tracker moves
+on to the next without its reports, so that it falls behind by a frame or so and the time of its work, never
+more. Reports name their frame by one byte: a head that is busy with a single one for 255 others mistakes
+them.
 """
 
 import numpy as np
@@ -21,7 +22,7 @@ from wsnsim.systems.scanline.followers import Followed, follower_for
 from wsnsim.systems.scanline.occlusion import NoKnowledge
 from wsnsim.systems.scanline.params import ScanlineParams
 from wsnsim.systems.scanline.reading import Reading
-from wsnsim.systems.scanline.sources import Heard, source_for
+from wsnsim.systems.scanline.sources import Heard, Nothing, source_for
 from wsnsim.systems.scanline.stage import Stage
 from wsnsim.types import FloatArray, NodeId
 
@@ -159,7 +160,8 @@ class Tracking:
         heard = self._open.pop(step, Heard())
         self._next = step + 1
         overdue = ctx.now > self._due_s(step + 1)
-        result = self._leave_out(step) if overdue and step < self._last else self._follow(step, heard)
+        leaves_out = overdue and step < self._last
+        result = self._leave_out(ctx, step) if leaves_out else self._follow(step, heard)
         return joined(result, Step(timers=self._timers()))
 
     def _due_s(self, step: int) -> float:
@@ -168,12 +170,16 @@ class Tracking:
     def _timers(self) -> tuple[Timer, ...]:
         return () if self.done else (Timer(f"{CLOSE}{self._next}", self._due_s(self._next)),)
 
-    def _leave_out(self, step: int) -> Step:
+    def _leave_out(self, ctx: Context, step: int) -> Step:
         self._left_out += 1
+        late_s = ctx.now - self._due_s(step)
+        said = f"frame {step}: the processor was busy until {late_s:.3g} s after its deadline"
+        notes = (Note("frame_left_out", said, step),)
         if self._tells or self._followed is None:
-            return Step()
+            return Step(notes=notes)
         gone = extrapolated(self._stage, self._followed, self._left_out)
-        return Step(estimates=(estimate_of(self._stage, self._site.rate_hz, step, gone, 0, Basis.SKIPPED),))
+        estimate = estimate_of(self._stage, self._site.rate_hz, step, gone, 0, Basis.SKIPPED)
+        return Step(estimates=(estimate,), notes=notes)
 
     def _follow(self, step: int, heard: Heard) -> Step:
         caught_up = self._catch_up()
@@ -185,6 +191,9 @@ class Tracking:
         notes: tuple[Note, ...] = ()
         if followed.replaced:
             notes = (Note("reinitialised", f"frame {step}: no particle explained what was seen"),)
+        if isinstance(knowledge, NoKnowledge) and not isinstance(self._source, Nothing):
+            said = f"frame {step}: the blobs cut the floor into too many pieces to know of occluders"
+            notes += (Note("occluders_unknown", said),)
         self._step_work = work + followed.work
         result = Step(work=caught_up + self._step_work, notes=notes)
         self.fresh = self.fresh and count == 0

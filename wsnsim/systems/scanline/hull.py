@@ -25,6 +25,10 @@ _LEAST_SHARE = 1e-9
 """Of the room, that a piece takes."""
 
 
+class TooManyPiecesError(ValueError):
+    """Scan lines cut the floor into more pieces than can be reckoned with."""
+
+
 @dataclass(frozen=True, eq=False)
 class Hull:
     """Convex pieces of the floor that may be occupied.
@@ -62,7 +66,7 @@ def visual_hull(rig: Rig, blobs: Sequence[FloatArray], heard: BoolArray, margin_
 
     Raises
     ------
-    ValueError : there are thousands of pieces
+    TooManyPiecesError : there are thousands
     """
     room = rig.room
     corners = np.array(
@@ -84,7 +88,7 @@ def visual_hull(rig: Rig, blobs: Sequence[FloatArray], heard: BoolArray, margin_
             _LEAST_SHARE * float(np.prod(room.sides)),
         )
         if not whole:
-            raise ValueError(
+            raise TooManyPiecesError(
                 f"blobs: must cut the room into at most {_MOST_PIECES} pieces, camera {k} makes more"
             )
     return Hull(tuple(flat[first:last] for first, last in pairwise(starts)))

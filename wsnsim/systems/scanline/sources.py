@@ -1,6 +1,6 @@
 """What the cluster head makes of all it has heard of the occluders: knowledge for one step of the filter."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol, Self
 
@@ -16,7 +16,13 @@ from wsnsim.systems.scanline.choices import (
     ScanLinePriors,
     StationaryPriors,
 )
-from wsnsim.systems.scanline.hull import visual_hull, without_own, without_phantoms, without_small
+from wsnsim.systems.scanline.hull import (
+    TooManyPiecesError,
+    visual_hull,
+    without_own,
+    without_phantoms,
+    without_small,
+)
 from wsnsim.systems.scanline.measurement import Report
 from wsnsim.systems.scanline.occluder_filter import OccluderBeliefs, stepped
 from wsnsim.systems.scanline.occlusion import (
@@ -80,18 +86,21 @@ class Source(Protocol):
     """Turns what was heard into knowledge, frame by frame, every frame once and in order."""
 
     def knowledge(self, heard: Heard, report: Report) -> tuple[Knowledge, Work]:
-        """Return what is known of the occluders at a frame, and what it took to know it."""
+        """Return what is known of the occluders at a frame, and what it took to know it.
+
+        A source that gives up on a frame returns `NoKnowledge`.
+        """
 
 
 @dataclass(frozen=True)
 class Rules:
-    """How p(η) is evaluated, as `NormalPriors` takes it.
+    """How p(η) is evaluated, as `NormalPriors` and `UniformPriors` take it.
 
     Parameters
     ----------
     joint : how Eq. 6 is evaluated
     detected : probability that a camera that could see the object recognises it
-    exponent : of p(η) of normal priors
+    exponent : of p(η)
     """
 
     joint: Joint = "subsets"
@@ -101,6 +110,10 @@ class Rules:
     def normal(self, means: FloatArray, covs: FloatArray, radius_m: float) -> NormalPriors:
         """Return occluders of that radius [m] with means (k, 2) [m] and covariances (k, 2, 2) [m²]."""
         return NormalPriors(means, covs, radius_m, self.joint, self.detected, self.exponent)
+
+    def uniform(self, polygons: Sequence[FloatArray], radius_m: float) -> UniformPriors:
+        """Return occluders of that radius [m], each somewhere in its convex polygon (k, 2) [m]."""
+        return UniformPriors(polygons, radius_m, self.joint, self.detected, self.exponent)
 
 
 class Nothing:
@@ -184,16 +197,18 @@ class Hulls:
         rig = stage.rig
         blobs = [heard.blobs.get(k, np.empty((0, 2))) for k in range(len(rig.cameras))]
         said = np.array([k in heard.blobs for k in range(len(rig.cameras))], dtype=np.bool_)
-        hull = visual_hull(rig, blobs, said, priors.margin_px)
+        work = Work(float_ops=_CONE_FLOATS * (1 + sum(len(each) for each in blobs)))
+        try:
+            hull = visual_hull(rig, blobs, said, priors.margin_px)
+        except TooManyPiecesError:
+            return NoKnowledge(), work
         hull = without_small(hull, 2.0 * _SMALL_SHARE * stage.radius_m)
         if priors.own_blob == "remove":
             hull = without_own(hull, rig, report, _OWN_MARGIN_PX)
         if priors.phantoms == "remove":
             hull = without_phantoms(hull, rig, blobs)
-        work = Work(float_ops=_CONE_FLOATS * (1 + sum(len(each) for each in blobs)))
         if priors.shape == "polygons":
-            rules = self._rules
-            return UniformPriors(hull.polygons, stage.radius_m, rules.joint, rules.detected), work
+            return self._rules.uniform(hull.polygons, stage.radius_m), work
         return self._rules.normal(*hull.priors(), stage.radius_m), work
 
 
