@@ -68,7 +68,7 @@ multiview-report: $(VENV)/.installed-reports
 	done
 	$(BIN)/python -m wsnsim.claims --runs runs --out reports
 
-# The same for reports/scanline.md (an hour), with the CPU times of the tracker's step.
+# The same for reports/scanline.md (two hours), with the CPU times of the tracker's step.
 SCANLINE_STUDIES := cameras priors tradeoff occluders trackers hull lab radio
 
 scanline-report: $(VENV)/.installed-reports

@@ -33,7 +33,7 @@ def pooled(outcomes):
 
 
 def test_what_is_known_of_the_occluders_pays(four):
-    """RMSE is less than without; perfect and Gaussian priors, 2.9 and 3.6 in the long run, are near."""
+    """RMSE is less than without; perfect and Gaussian priors, 2.9 and 3.5 in the long run, are near."""
     rmse = {prior: pooled(outcomes) for prior, outcomes in four.items()}
     assert max(rmse["perfect"], rmse["kalman"]) < rmse["none"]
     assert rmse["perfect"] < 1.1 * rmse["kalman"]

@@ -20,7 +20,7 @@ from wsnsim.vision.backprojection import FEATURES, learned_colours, object_pixel
 from wsnsim.vision.photos import load_background
 from wsnsim.vision.portrait import Studio
 from wsnsim.vision.renderer import Renderer
-from wsnsim.vision.scanline import blobs, column_sums, heaviest, line_places, middle_place
+from wsnsim.vision.scanline import blobs, column_sums, heaviest, line_places, middle_place, wide_runs
 from wsnsim.world.bodies import Body, PatchTexture
 from wsnsim.world.motion import Pose
 
@@ -109,6 +109,32 @@ def test_the_heaviest_run():
     assert heaviest(blobs(sums, 6, width_px=1.5), sums) == (1, 32.0)
     with pytest.raises(ValueError, match="at least one"):
         heaviest(np.empty((0, 2)), sums)
+
+
+@pytest.mark.parametrize(
+    ("columns", "kept"),
+    [
+        (((20, 2),), False),  # two outlines side by side,
+        (((24, 1), (0, 1), (20, 1)), False),  # or with a column between them that is as the background
+        (((24, 1), (0, 1), (20, 3)), True),
+        (((20, 3),), True),
+        (((30, 3),), False),  # narrow for its height: 3.75 columns are wanted
+        (((30, 4),), True),
+        (((30, 2), (12, 2)), True),
+    ],
+)
+def test_outlines_are_narrow_for_their_height(columns, kept):
+    sums = line((0, 3), *columns, (0, 3))
+    runs = blobs(sums, 6, gap_px=2.0)
+    assert len(runs) == 1
+    assert wide_runs(runs, sums, 6, 0.125).tolist() == (runs.tolist() if kept else [])
+
+
+def test_wide_runs_keep_their_order():
+    sums = line((20, 4), (0, 3), (30, 2), (0, 3), (8, 5))
+    runs = blobs(sums, 6)
+    assert wide_runs(runs, sums, 6, 0.125).tolist() == [[-0.5, 3.5], [11.75, 16.5]]
+    assert wide_runs(blobs(sums, 100), sums, 100, 0.125).shape == (0, 2)
 
 
 LENSES = [(0.0, 0.0), (-0.25, 0.05), (0.15, 0.05)]

@@ -56,11 +56,36 @@ def heaviest(runs: FloatArray, sums: IntArray) -> tuple[int, float]:
     """
     if not len(runs):
         raise ValueError("runs: must be at least one, got none")
-    low, high = np.ceil(runs[:, 0]).astype(np.int64), np.floor(runs[:, 1]).astype(np.int64) + 1
+    low, high = _columns(runs, len(sums))
     totals = np.concatenate(([0], np.cumsum(sums)))
-    weights = totals[np.minimum(high, len(sums))] - totals[np.maximum(low, 0)]
+    weights = totals[high] - totals[low]
     number = int(weights.argmax())
     return number, float(weights[number])
+
+
+def wide_runs(runs: FloatArray, sums: IntArray, least_px: float, columns_per_px: float) -> FloatArray:
+    """Return the runs (b, 2) that are no outlines: those that are wide for their height.
+
+    Colours mix in the column where an outline lies, from top to bottom, and may then be anybody's. Two
+    outlines side by side make two such columns, so that a third between them is of one thing. Where colour
+    is told more coarsely, as in JPEG files, there are more of them, but still few for their height, which
+    is told in the same pixels, near and far.
+
+    Parameters
+    ----------
+    runs : of `blobs`
+    sums : (w,) - of the columns [px]
+    least_px : threshold that the runs were found with; columns below, in gaps, do not count [px]
+    columns_per_px : a run has so many columns, at least, for each pixel of the highest of them [-]
+    """
+    over = sums >= least_px
+    inner = np.convolve(over, np.ones(3), mode="same") == 3.0
+    wide = [
+        bool(inner[low:high].any())
+        and np.count_nonzero(over[low:high]) >= columns_per_px * sums[low:high].max()
+        for low, high in zip(*_columns(runs, len(sums)), strict=True)
+    ]
+    return runs[np.array(wide, dtype=np.bool_)]
 
 
 def line_places(camera: PinholeCamera, columns: FloatArray) -> FloatArray:
@@ -99,6 +124,12 @@ def middle_place(camera: PinholeCamera, ends_px: FloatArray) -> float:
     places themselves would lie too far out.
     """
     return camera.focal_px * float(np.tan(np.arctan(ends_px / camera.focal_px).mean()))
+
+
+def _columns(runs: FloatArray, count: int) -> tuple[IntArray, IntArray]:
+    """Return the first column of each run (b, 2), and the one behind its last, of so many in the image."""
+    low, high = np.ceil(runs[:, 0]).astype(np.int64), np.floor(runs[:, 1]).astype(np.int64) + 1
+    return np.maximum(low, 0), np.minimum(high, count)
 
 
 def _share_before(inside: FloatArray, outside: FloatArray, least_px: float) -> FloatArray:

@@ -58,5 +58,9 @@ class PixelFrontEnd(Section):
         6, ge=1, le=10_000, description="such pixels that a column of the object must have [px]"
     )
     object_px: int = Field(
-        30, ge=1, le=1_000_000, description="such pixels from which on the object counts as seen [px]"
+        30,
+        ge=1,
+        le=1_000_000,
+        description="such pixels from which on the object counts as seen, if three columns side by side have "
+        "them, and four tenths of the width that goes with its height [px]",
     )
