@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 
+from wsnsim.claims.files import write_page
 from wsnsim.claims.made import provenance_table, studies_table
 from wsnsim.claims.markdown import picture
 from wsnsim.claims.multiview import charts, paths, tables, words
@@ -12,8 +13,6 @@ from wsnsim.claims.multiview.evidence import FORMS, Evidence, read_evidence
 from wsnsim.claims.record import record_text
 from wsnsim.claims.rules import Judgement, judged
 from wsnsim.claims.verdicts import details, overview
-from wsnsim.store.folder import write_text
-from wsnsim.store.writer import cannot_write
 
 NAME = "multiview"
 FIGURES: Mapping[str, Callable[[Evidence], str]] = {
@@ -45,15 +44,7 @@ def write_report(runs: Path, out: Path) -> None:
     evidence = read_evidence(runs)
     # all of it is made before any of it is written
     text, record = page(evidence), record_text(evidence.studies)
-    figures = {name: draw(evidence) for name, draw in FIGURES.items()}
-    try:
-        (out / NAME).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise cannot_write(out, error) from error
-    for name, svg in figures.items():
-        write_text(out / NAME / f"{name}.svg", svg)
-    write_text(out / f"{NAME}.csv", record)
-    write_text(out / f"{NAME}.md", text)
+    write_page(out, NAME, text, record, {name: draw(evidence) for name, draw in FIGURES.items()})
 
 
 def judgements(evidence: Evidence) -> list[dict[str, Judgement[Evidence]]]:

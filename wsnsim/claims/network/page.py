@@ -8,14 +8,13 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from wsnsim.claims.files import write_page
 from wsnsim.claims.markdown import NONE, paragraph, signed, table
 from wsnsim.claims.network import dcf, energy, errors, hidden, one_hop, stars, traces, trees
 from wsnsim.claims.network.rows import Estimate, Row, record
 from wsnsim.claims.network.section import Section
 from wsnsim.report.wording import number
 from wsnsim.runs.provenance import provenance
-from wsnsim.store.folder import write_text
-from wsnsim.store.writer import cannot_write
 
 NAME = "network"
 SECTIONS: tuple[Callable[[], Section], ...] = (
@@ -69,12 +68,7 @@ def write_report(
     if data is not None:
         sections.append(traces.section(data))
     rows = computed(sections, workers, said)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise cannot_write(out, error) from error
-    write_text(out / f"{NAME}.csv", record([row for own in rows for row in own]))
-    write_text(out / f"{NAME}.md", page(sections, rows))
+    write_page(out, NAME, page(sections, rows), record([row for own in rows for row in own]), {})
     return all(row.passed is not False for own in rows for row in own)
 
 
