@@ -205,7 +205,7 @@ def _keep_out(blocks: int, stage: Stage, site: Site, world: World) -> None:
             Problem(
                 f"system.virtual_occluders.blocks_m[{numbers[first]}]",
                 f"must not be where the object walks, which is at [{place}] m after {times[first]:.6g} s; "
-                "move the block, or the track by its offset_m",
+                "move the block, or the object's path",
             )
         ]
     )
